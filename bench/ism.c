@@ -562,7 +562,7 @@ static int chosen_picture(const bn_scene *s, const bn_options *options, uint32_t
 int bn_ism_vpls(const bn_options *options)
 {
     enum { W = 64, H = 36, VALUES = 3 * W * H, RUNS = 8 };
-    static const char *const names[4] = { "", "flux", "brsm", "guided" };
+    static const char *const names[ISM_IMPORTANCE_COUNT] = { "", "flux", "brsm", "guided", "brsm_mean", "guided_mean" };
     static float truth[VALUES], picture[VALUES];
     double flux_error = 0;
     bn_scene s;

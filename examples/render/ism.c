@@ -50,7 +50,7 @@ static uint32_t vpls_of(const rd_job *job, int level)
 
 static ism_desc make_desc(const rd_job *job, int level, int keep_hits)
 {
-    static const char *const importances[] = { "flux", "brsm", "guided", NULL };
+    static const char *const importances[] = { "flux", "brsm", "guided", "brsm_mean", "guided_mean", NULL };
     static const char *const spreads[] = { "area", "view1", "view8", "pair", NULL };
     static const char *const projections[] = { "cosine", "paraboloid", "octahedral", "lobe", NULL };
     ism_desc d;
@@ -387,7 +387,7 @@ static const rd_key keys[] = {
     { "light_point_count", RD_INTEGER, NULL, 1, 1024, "64",
       "RSMs for each area light, the emissive meshes and the sky" },
     { "light_rsm", RD_WORD, "0|1", 0, 0, "1", "0: light of area lights and emissive meshes bounces by imperfect RSMs" },
-    { "importance", RD_WORD, "flux|brsm|guided", 0, 0, "guided", "how VPLs are chosen" },
+    { "importance", RD_WORD, "flux|brsm|guided|brsm_mean|guided_mean", 0, 0, "guided", "how VPLs are chosen" },
     { "spread", RD_WORD, "area|view1|view8|pair", 0, 0, "pair", "how surfels are spread over triangles" },
     { "projection", RD_WORD, "cosine|paraboloid|octahedral|lobe", 0, 0, "cosine", "of the maps" },
     { "view_grid_side", RD_INTEGER, NULL, 1, 16, "4", "view samples of a possible VPL: its square" },

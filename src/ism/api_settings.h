@@ -27,11 +27,13 @@ typedef enum ism_importance {       /* by which importance VPLs are chosen among
     ISM_IMPORTANCE_BRSM,            /* by flux x effect on the picture (section 4.1). The effect is the root
                                        of a mean square: of what a unit of the texel's flux would add,
                                        unshadowed, to receivers at view_grid_side^2 jittered places of the
-                                       picture. The paper takes the mean, but the picture's variance is least
-                                       with the root of the mean square. blur_radius blurs the mean square,
-                                       flux_share adds a constant to its root */
+                                       picture. So the picture's variance is least. blur_radius blurs the mean
+                                       square, flux_share adds a constant to its root */
     ISM_IMPORTANCE_GUIDED,          /* as BRSM, with half of the receivers near the texel's own place in the
                                        picture (section 4.2); such samples weigh less where they are denser */
+    ISM_IMPORTANCE_BRSM_MEAN,       /* as BRSM, but the effect is the mean, as in the paper: VPLs are in
+                                       proportion to the light that they add, not to the noise */
+    ISM_IMPORTANCE_GUIDED_MEAN,     /* as GUIDED, but the effect is the mean */
     ISM_IMPORTANCE_COUNT
 } ism_importance;
 

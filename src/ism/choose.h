@@ -25,6 +25,8 @@ static ism_result ism__weigh_sources(ism_maps *m, const ism__job *job, size_t ce
     c.m = m;
     c.job = job;
     c.extent = ism__extent(&job->view);
+    c.by_mean = m->desc.importance == ISM_IMPORTANCE_BRSM_MEAN ||
+                m->desc.importance == ISM_IMPORTANCE_GUIDED_MEAN;
     m->stats.bad_pvpls = 0;
     m->stats.flux[0] = m->stats.flux[1] = m->stats.flux[2] = 0.0;
     for (s = 0; s < f->source_count; s++) {

@@ -5,7 +5,9 @@ typedef struct ism__choice {
     const ism__job   *job;
     float             extent;       /* diagonal of the receivers' box */
     size_t            source;       /* the source that is weighed; what follows is its own */
-    float *lum, *effect, *out;      /* flux, mean square effect on the picture, blurred root of the effect */
+    float *lum, *effect, *out;      /* flux; effect on the picture, of which by_mean says how it is a mean;
+                                       the effect blurred, as a number that goes as light does */
+    int               by_mean;      /* the effect is the mean; 0: the mean square, of which the root counts */
     uint32_t          seed;
     float             blur_radius;
     float             from, to;     /* share of the call's progress */
@@ -49,7 +51,7 @@ static int ism__to_pixel(const ism__view *view, ism__v3 p, float *x, float *y)
     return 1;
 }
 
-/* Estimates the mean square effect of one pVPL on the picture, from a jittered grid of receivers. Every other
+/* Estimates the effect of one pVPL on the picture, from a jittered grid of receivers. Every other
    sample, as on a chessboard, is guided: its density falls as min(1, (r0 / r)^2) about the pVPL's own place.
    Guided and other samples are weighted by the balance heuristic, so that no place is forgotten. In an even
    grid rows and columns have as many of either kind, and guided samples take their numbers from their cells;
@@ -64,8 +66,10 @@ static float ism__estimate_effect(const ism__choice *c, const ism_source *s, siz
     float reach = (float)w + (float)h, sum = 0.0f;
     uint32_t turn = ism__hash_combine(c->seed, (uint32_t)i * 256u + 255u), rank = 0;
     float inner, norm, uniform = 1.0f / ((float)w * (float)h), share = (float)(count / 2u) / (float)count;
-    int guided = c->m->desc.importance == ISM_IMPORTANCE_GUIDED && s->kind != ISM_SOURCE_DIRECTIONS && h > 1u;
-    guided = guided && count > 1u && r0 >= 1.0f && ism__to_pixel(view, q, &cx, &cy) && reach > r0;
+    int guided = c->m->desc.importance == ISM_IMPORTANCE_GUIDED ||
+                 c->m->desc.importance == ISM_IMPORTANCE_GUIDED_MEAN;
+    guided = guided && s->kind != ISM_SOURCE_DIRECTIONS && h > 1u && count > 1u && r0 >= 1.0f;
+    guided = guided && ism__to_pixel(view, q, &cx, &cy) && reach > r0;
     inner = 1.0f / (1.0f + 2.0f * ism__log(reach / r0));    /* share of the disc r < r0 */
     norm = inner / (ISM__PI * r0 * r0);                     /* density inside it */
     if (s->kind != ISM_SOURCE_DIRECTIONS) n = ism__v3_load(ism__at(s->normals, s->normal_stride, i));
@@ -93,11 +97,11 @@ static float ism__estimate_effect(const ism__choice *c, const ism_source *s, siz
         if (ism__receiver(view, (size_t)ism__texel_of(y / (float)h, h) * w + ism__texel_of(x / (float)w, w),
                           &p, &pn)) {
             float e = ism__unit_flux_light(s, q, n, p, pn, c->extent);
-            sum += e * e * (uniform / density);
+            sum += (c->by_mean ? e : e * e) * (uniform / density);
         }
     }
-    /* This is the mean square; its root is taken after the blur. The picture's squared error is least if VPLs
-       are chosen in proportion to the root of the mean square, not to the mean. */
+    /* The root of a mean square is taken after the blur. The picture's squared error is least if VPLs are
+       chosen in proportion to that root, not to the mean. */
     return sum / (float)count;
 }
 
@@ -112,8 +116,14 @@ static void ism__estimate_task(void *context, size_t row)
     }
 }
 
-/* Blurs the effects of a row of texels over neighbours on the same surface (paper 6.5), and takes their
-   roots. Fluxes are not blurred. */
+/* Returns what a blurred effect counts in the choice. */
+static float ism__effect_of(const ism__choice *c, float effect)
+{
+    return c->by_mean ? effect : sqrtf(effect);
+}
+
+/* Blurs the effects of a row of texels over neighbours on the same surface (paper 6.5), and takes roots of
+   mean squares. Fluxes are not blurred. */
 static void ism__blur_task(void *context, size_t row)
 {
     ism__choice *c = (ism__choice *)context;
@@ -141,7 +151,7 @@ static void ism__blur_task(void *context, size_t row)
                 sum += weight * c->effect[j];
                 weights += weight;
             }
-        c->out[i] = sqrtf(weights > 0.0f ? sum / weights : c->effect[i]);
+        c->out[i] = ism__effect_of(c, weights > 0.0f ? sum / weights : c->effect[i]);
     }
 }
 
@@ -191,7 +201,7 @@ static ism_result ism__weigh_source(ism__choice *c, const ism_source *s, double 
     }
     c->blur_radius = (float)radius;
     if (s->scattered || s->kind == ISM_SOURCE_DIRECTIONS || !radius)
-        for (i = 0; i < count; i++) c->out[i] = sqrtf(c->effect[i]);
+        for (i = 0; i < count; i++) c->out[i] = ism__effect_of(c, c->effect[i]);
     else if (!ism__run(m, &c->job->part, c->from + 0.8f * share, c->to, s->height, ism__blur_task, c))
         return ISM_ERR_CANCELLED;
     return ISM_OK;

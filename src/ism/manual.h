@@ -80,7 +80,7 @@
 
      pVPL       a texel of a source, which might become a light: position, normal, reflected flux
      BRSM       bidirectional reflective shadow map: the importances of a source's texels, flux times effect
-                on the picture (ISM_IMPORTANCE_BRSM says which effect)
+                on the picture (ism_importance says which effect)
      VPL        a pVPL that was chosen, its flux divided by N and by the probability of the choice
      tile       the depth map of one VPL: tile_side^2 texels of the hemisphere about its normal; the atlas has
                 all of them

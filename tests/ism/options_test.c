@@ -200,6 +200,100 @@ static void lights_are_clamped_to_their_mean(void **state)
 
 /* ---- the choice ---- */
 
+/* Four pixels, a cell of the grid each, so that every sample sees the pixel's one normal; two texels of a sky, whose
+   effect is the cosine. All pixels are lit by the second at 60 degrees, one alone by the first, at 30: the means are
+   0.2165 and 0.5, the roots of the mean squares 0.4330 and 0.5. */
+static void the_mean_is_the_mean_and_not_its_root(void **state)
+{
+    static const float places[12] = { 0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0 };
+    static const float normals[12] = { 0.8660254f, 0, 0.5f, -0.8660254f, 0, 0.5f, 0, 0.8660254f, 0.5f,
+                                       0, -0.8660254f, 0.5f };
+    static const float to_sky[6] = { 1, 0, 0, 0, 0, 1 }, fluxes[6] = { 1, 1, 1, 1, 1, 1 };
+    static const ism_importance kinds[4] = { ISM_IMPORTANCE_BRSM, ISM_IMPORTANCE_BRSM_MEAN, ISM_IMPORTANCE_GUIDED,
+                                             ISM_IMPORTANCE_GUIDED_MEAN };
+    ism_points view;
+    ism_source s;
+    ism_frame f;
+    int i;
+    (void)state;
+    memset(&view, 0, sizeof view);
+    memset(&s, 0, sizeof s);
+    memset(&f, 0, sizeof f);
+    view.count = 4;
+    view.width = 2;
+    view.positions = places;
+    view.normals = normals;
+    s.kind = ISM_SOURCE_DIRECTIONS;
+    s.width = 2;
+    s.height = 1;
+    s.positions = to_sky;
+    s.fluxes = fluxes;
+    f.sources = &s;
+    f.source_count = 1;
+    f.points = &view;
+    for (i = 0; i < 4; i++) {
+        double all[2], first = i & 1 ? 0.25 * 0.8660254 : 0.5 * 0.8660254;
+        ism_desc d;
+        memset(&d, 0, sizeof d);
+        d.vpl_count = 1;
+        d.importance = kinds[i];
+        d.view_grid_side = 2;
+        d.flux_share = 1e-6f;
+        importances(&d, &f, all);
+        CLOSE(all[0], first / (first + 0.5), 1e-5);
+    }
+}
+
+/* A floor whose every texel has another effect on the ceiling: over many seeds the mean on samples is the mean over all
+   pixels, which is summed here, within four deviations. */
+static void the_mean_on_samples_is_the_mean_over_the_picture(void **state)
+{
+    enum { SEEDS = 400, SIDE = 8, TEXELS = SIDE * SIDE };
+    static double sum[TEXELS], square[TEXELS], all[TEXELS], exact[TEXELS];
+    ism_source s;
+    ism_points view;
+    ism_frame f = floor_and_ceiling(SIDE, 32, 32, &s, &view);
+    const double extent2 = 32 * (31.0 / 32) * (31.0 / 32);   /* of centres of pixels of 4 x 4 */
+    double total = 0;
+    uint32_t seed;
+    size_t i, j;
+    int k;
+    (void)state;
+    for (i = 0; i < TEXELS; i++) {
+        for (j = 0, exact[i] = 0; j < view.count; j++) {
+            double d2 = 1e-4 * extent2, height = 0;
+            for (k = 0; k < 3; k++) {
+                double d = (double)lit.p[3 * i + (size_t)k] - (double)eye.p[3 * j + (size_t)k];
+                d2 += d * d;
+                if (k == 1) height = d;
+            }
+            exact[i] += height * height / (d2 * d2);
+        }
+        total += exact[i];
+    }
+    memset(sum, 0, sizeof sum);
+    memset(square, 0, sizeof square);
+    for (seed = 0; seed < SEEDS; seed++) {
+        ism_desc d;
+        memset(&d, 0, sizeof d);
+        d.vpl_count = 1;
+        d.importance = ISM_IMPORTANCE_BRSM_MEAN;
+        d.flux_share = 1e-6f;
+        d.blur_radius = -1;
+        d.seed = seed;
+        importances(&d, &f, all);
+        for (i = 0; i < TEXELS; i++) {
+            sum[i] += all[i] / SEEDS;
+            square[i] += all[i] * all[i] / SEEDS;
+        }
+    }
+    for (i = 0; i < TEXELS; i++) {
+        double sigma = sqrt(fmax(square[i] - sum[i] * sum[i], 0) / SEEDS);
+        assert_true(sigma < 0.02 * sum[i]);
+        CLOSE(sum[i], exact[i] / total, 4 * sigma + 0.002 * exact[i] / total);
+    }
+}
+
 static ism_desc by_brsm(float flux_share)
 {
     ism_desc d;
@@ -445,6 +539,8 @@ int main(void)
         cmocka_unit_test(clip_conventions_give_the_same_choice), cmocka_unit_test(a_spherical_light_is_its_integral),
         cmocka_unit_test(a_spherical_light_aslant_is_the_sum_over_its_cone),
         cmocka_unit_test(lights_are_clamped_to_their_mean),
+        cmocka_unit_test(the_mean_is_the_mean_and_not_its_root),
+        cmocka_unit_test(the_mean_on_samples_is_the_mean_over_the_picture),
         cmocka_unit_test(flux_keeps_its_share), cmocka_unit_test(flux_keeps_its_share_of_all_sources),
         cmocka_unit_test(effects_are_blurred_by_the_radius), cmocka_unit_test(more_view_samples_make_less_noise),
         cmocka_unit_test(area_keeps_its_share_of_points), cmocka_unit_test(weak_vpls_take_fewer_points),
