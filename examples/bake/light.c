@@ -167,7 +167,7 @@ static int write_maps(light *b, const bk_sheet *s, const float *values, float sc
         const float times = j > 1 || format != BK_PNG ? 1 : j ? 0.5f * scale : scale;
         const bk_image_desc d = { rd_setting_integer(set, "bits"), rd_setting_integer(set, "dilate"), 0, format,
                                   j > 1 ? 0 : 1 / times };
-        char name[24] = "lightMapTexture";
+        char name[40] = "lightMapTexture";
         for (size_t i = 0; i < 3 * s->count; i++) {
             const float x = times * texel_of(values + UNIT * (s->first + i / 3), j, (int)(i % 3));
             some[i] = format == BK_PNG ? fminf(x, 1) : x;
