@@ -8,10 +8,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { BANDS = 4, COEFS = BANDS * BANDS, PIECES = 32, KINDS = 6, LAMPS = 2, ENTITIES = PIECES + LAMPS };
+enum { BANDS = 5, COEFS = BANDS * BANDS, PIECES = 32, KINDS = 6, LAMPS = 2, ENTITIES = PIECES + LAMPS };
 enum { LAMP_LIGHT, SKY_LIGHT, LAMP_COUNT };             /* knobs */
 
-static const float lamp_radius = 0.03f, lamp_height = 0.12f, grip = 0.03f, cell = 0.006f;
+static const float lamp_radius = 0.025f, lamp_height = 0.11f, grip = 0.03f, cell = 0.005f;
+static const float game_time = 7.99f;                   /* seconds; ten moves have been played */
 
 static struct game {
     pg_model             model;         /* objects: the board, pieces, the table */
@@ -64,9 +65,10 @@ static int build_kind(int kind)
     int failed = !cells || !indices;
     memset(&desc, 0, sizeof desc);
     desc.bands = BANDS;
-    desc.cube_side = 8;                         /* coarser than by default, since a browser builds them as you wait */
-    desc.position_side = 6;
-    desc.shell_count = 8;
+    desc.cube_side = 16;
+    desc.position_side = 10;                    /* coarser than by default, since a browser builds them as you wait */
+    desc.shell_count = 6;
+    desc.outer = 3;                             /* further off a piece is too small for the bands, and costs time */
     if (!failed) mesh.index_count = simplify(from, cells, indices);
     failed = failed || sfield_build(&desc, &mesh, &game.kinds[kind], NULL) != SFIELD_OK;
     free(cells);
@@ -87,6 +89,10 @@ static int build(char *error)
     lamp.radius = lamp_radius;
     lamp.radiance[0] = lamp.radiance[1] = lamp.radiance[2] = 1;
     if (ex_scene_builtin(&scene, "chess", 0, error) != 0) return -1;
+    if (ex_scene_set_time(&scene, game_time, error) != 0) {
+        ex_scene_free(&scene);
+        return -1;
+    }
     if (pg_model_take(&game.model, &scene, 1, error) != 0) return -1;
     failed = sfield_algebra_create(BANDS, NULL, &game.algebra) != SFIELD_OK ||
              sfield_build_emitter(&desc, &lamp, &game.lamp, NULL) != SFIELD_OK;
@@ -101,8 +107,10 @@ static void place_handles(pg_stage *stage)
     memcpy(stage->box[0], low, sizeof low);
     memcpy(stage->box[1], high, sizeof high);
     for (int i = 0; i < LAMPS; i++) {
-        const pg_handle lamp = { { i ? 0.26f : -0.05f, lamp_height, i ? -0.02f : 0.04f }, 0.05f, PG_TRACK_PLANE,
-                                 { 1, i ? 0.75f : 0.95f, i ? 0.5f : 0.85f } };
+        static const float at[LAMPS][2] = { { -0.05f, -0.1f }, { 0.27f, -0.05f } };
+        static const float color[LAMPS][3] = { { 1, 0.95f, 0.85f }, { 0.4f, 0.22f, 0.1f } };
+        pg_handle lamp = { { at[i][0], lamp_height, at[i][1] }, 0.05f, PG_TRACK_PLANE, { 0, 0, 0 } };
+        memcpy(lamp.color, color[i], sizeof lamp.color);
         stage->handles[i] = lamp;
     }
     for (int i = 0; i < PIECES; i++) {

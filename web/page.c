@@ -80,6 +80,15 @@ EMSCRIPTEN_KEEPALIVE int  pg_press(float x, float y) { return pg_stage_press(&pa
 EMSCRIPTEN_KEEPALIVE void pg_drag(float x, float y) { pg_stage_drag(&page.stage, x, y); }
 EMSCRIPTEN_KEEPALIVE void pg_release(void) { page.stage.held = -1; }
 
+/* Where the window of the last frame shows a point, two floats, -1..1. */
+EMSCRIPTEN_KEEPALIVE const float *pg_window_at(float x, float y, float z)
+{
+    static float out[2];
+    const float point[3] = { x, y, z };
+    pg_stage_project(&page.stage, point, out);
+    return out;
+}
+
 /* x, y, z of a handle and where the window shows it, five floats; NULL: there is none of this number. */
 EMSCRIPTEN_KEEPALIVE const float *pg_handle_at(unsigned i)
 {

@@ -435,15 +435,36 @@ const tests = {
         const dark = [0.2, -0.5], without = await page.evaluate('document.getElementById("bounce").value = 0, window.dappleFrames = 0, moved()').then(() => settled(2)).then(picture);
         must(at(after, dark) > at(without, dark) + 10, `bounced light on the floor: ${at(after, dark)}, without ${at(without, dark)}`);
     },
-    async a_piece_and_its_shadow_are_dragged() {
-        const before = await scene('game', { mean: 1, far: 0.01 });
-        const pawn = await page.evaluate('handleAt(2 + 9)'), to = [-0.1, 0];      // e2: file 4 of white, after its king
-        await drag(pawn.slice(3), to);
-        const now = await page.evaluate('handleAt(2 + 9)'), after = await picture();
-        must(Math.hypot(now[0] - pawn[0], now[2] - pawn[2]) > 0.03 && now[1] === pawn[1], `it stands at ${now}, and did at ${pawn}`);
-        let changed = 0;
-        for (let y = 0; y < after.height; y += 2) for (let x = 0; x < after.width; x += 2) changed += Math.abs(after.at(x, y)[0] - before.at(x, y)[0]) > 12;
-        must(changed > 60, `${changed} of the pixels looked at have changed`);
+    async a_piece_and_a_lamp_are_dragged_and_shadows_follow() {
+        await scene('game', { mean: 1, far: 0.01 });
+        await page.evaluate('FULL = 2; adapt = () => {}; document.querySelector("[data-knob=\\"2\\"]").value = 1; window.dappleFrames = 0, moved()');
+        await settled(2);
+        const pawn = 2 + 9, free = [0.1375, 0.03, 0.0275], other = [0.16, 0.11, -0.06];     // it stands on e4; g4 is free
+        const [lamp, home] = [await page.evaluate('handleAt(0)'), await page.evaluate(`handleAt(${pawn})`)];
+        const window_at = (p) => page.evaluate((q) => {
+            const at = state.program.ccall('pg_window_at', 'number', ['number', 'number', 'number'], q) / 4;
+            return [...state.program.HEAPF32.subarray(at, at + 2)];
+        }, p);
+        /* The board 32 mm behind the pawn's middle, seen from a lamp. */
+        const behind = ([x, , z]) => {
+            const d = [home[0] - x, home[2] - z], length = Math.hypot(...d);
+            return [home[0] + 0.032 * d[0] / length, 0, home[2] + 0.032 * d[1] / length];
+        };
+        const light = (image, point) => (at(image, point) / 255) ** 2.2;
+        const first = await window_at(behind(lamp)), second = await window_at(behind(other)), seen = [];
+        for (const [i, where] of [[pawn, free], [0, other], [pawn, home.slice(0, 3)]]) {
+            seen.push(await picture());
+            await drag((await page.evaluate(`handleAt(${i})`)).slice(3), await window_at(where));
+            const now = await page.evaluate(`handleAt(${i})`);
+            must(Math.hypot(now[0] - where[0], now[2] - where[2]) < 0.003, `dragged to ${where}, it stands at ${now}`);
+        }
+        seen.push(await picture());
+        /* What is left of a point's light where the pawn stands on e4: of the first lamp, and of the other one. */
+        const left = (point) => [light(seen[0], point) / light(seen[1], point), light(seen[3], point) / light(seen[2], point)];
+        const [a, b] = [left(first), left(second)];
+        console.log(`light left behind the pawn: ${a.map((v) => v.toFixed(3))} of two lamps, on its other side ${b.map((v) => v.toFixed(3))}`);
+        must(a[0] < 0.6 && b[1] < 0.6, `behind the pawn there is ${a[0]} and ${b[1]} of the light without it`);
+        must(a[1] > a[0] + 0.2 && b[0] > b[1] + 0.2, `the shadow stays where it was: ${a}, ${b}`);
         must(await message() === '' && said.length === 0, `it says: ${await message()} ${said.join(' | ')}`);
     },
     async a_shadow_of_the_washing_follows_the_sky() {
