@@ -284,7 +284,15 @@ static void measure_peer(peer *p, const bn_rays *tracer, const rays *r, ex_pool 
 
 /* ---- rows ---- */
 
-typedef struct table { cohsm_maps *maps[2]; bn_scalar scalar[2]; cohsm_info info[2]; } table;     /* by layout */
+/* What is built. The first kind has all rows, the others have the plain ones. */
+typedef struct kind { uint32_t map_side; cohsm_layers layers; const char *name; } kind;
+
+typedef struct table {           /* by layout */
+    const kind *kind;
+    cohsm_maps *maps[2];
+    bn_scalar   scalar[2];
+    cohsm_info  info[2];
+} table;
 
 static const cohsm_layout layouts[2] = { COHSM_LAYOUT_COMPACT, COHSM_LAYOUT_FAST };
 
@@ -296,7 +304,7 @@ static void table_free(table *t)
     }
 }
 
-static int table_build(table *t, const bn_options *options, const bn_model *model, uint32_t m)
+static int table_build(table *t, const bn_options *options, const bn_model *model, const kind *k)
 {
     cohsm_desc desc = bn_desc(options);
     cohsm_mesh mesh = bn_model_mesh(model);
@@ -304,8 +312,10 @@ static int table_build(table *t, const bn_options *options, const bn_model *mode
     size_t size = 0;
     const void *data = NULL;
     memset(t, 0, sizeof *t);
+    t->kind = k;
     desc.domain.side[0] = desc.domain.side[1] = SIDE;
-    desc.map_side = m;
+    desc.map_side = k->map_side;
+    desc.layers = k->layers;
     result = cohsm_build(&desc, &mesh, &t->maps[0], NULL);
     ex_progress(NULL, 1);
     if (result == COHSM_OK) {
@@ -389,7 +399,7 @@ static void print_question(const subject *s, const table *t, const question *q)
     static const char *const filters[] = { "nearest", "pcf", "roulette" };
     bn_begin(s->options, "csm_query", q->threads, q->simd ? bn_simd() : "none");
     bn_text("model", s->model->name);
-    bn_text("layers", "z1z2");
+    bn_text("layers", t->kind->name);
     print_layout(&t->info[q->fast]);
     bn_text("mode", q->coherent ? "coherent" : "random");
     bn_text("lights", q->by_index ? "one_index" : q->coherent ? "one_direction" : "directions");
@@ -432,7 +442,7 @@ static int print_row(const subject *s, const table *t, question q)
     return 0;
 }
 
-static int print_rows(const subject *s, const table *t, int fast, int is_default_size)
+static int print_rows(const subject *s, const table *t, int fast, int is_default)
 {
     const question q = { fast, 0, 1, 1, COHSM_FILTER_NEAREST, 1, 0, 0 };
     question ask[7];
@@ -443,7 +453,7 @@ static int print_rows(const subject *s, const table *t, int fast, int is_default
         plain.threads = 1 + i % most;
         failed |= print_row(s, t, plain);
     }
-    if (!is_default_size && !s->options->full)
+    if (!is_default && !s->options->full)
         return failed;
     for (int i = 0; i < 7; i++) ask[i] = q;
     ask[count++].simd = 0;
@@ -471,14 +481,16 @@ static void answer(const bn_rays *tracer, rays *r, ex_pool *pool)
 
 static int measure_tables(subject *s)
 {
-    static const uint32_t sizes[] = { 128, 256 };
+    static const kind kinds[] = { { 128, COHSM_LAYERS_Z1Z2, "z1z2" }, { 256, COHSM_LAYERS_Z1Z2, "z1z2" },
+                                  { 128, COHSM_LAYERS_Z1Z3_SPHERE, "z1z3_sphere" },
+                                  { 128, COHSM_LAYERS_Z1Z3_FAR, "z1z3_far" } };
     int result = 0;
-    for (size_t i = 0; i < 2 && result == 0; i++) {
+    for (size_t i = 0; i < sizeof kinds / sizeof *kinds && result == 0; i++) {
         table t;
-        if (table_build(&t, s->options, s->model, sizes[i]) != 0)
+        if (table_build(&t, s->options, s->model, &kinds[i]) != 0)
             return -1;
         for (int fast = 0; fast < 2 && result == 0; fast++)
-            result = print_rows(s, &t, fast, sizes[i] == 128);
+            result = print_rows(s, &t, fast, i == 0);
         table_free(&t);
     }
     return result;
