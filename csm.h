@@ -29,7 +29,7 @@
            static const float corners[] = { -1, 0, -1,  1, 0, -1,  1, 0, 1,  -1, 0, 1 };    // a square
            static const uint32_t triangles[] = { 0, 2, 1,  0, 3, 2 };
            const float point[3] = { 0.0f, -0.5f, 0.0f }, sideways[3] = { 1, 0, 0 }, up[3] = { 0, 1, 0 };
-           cohsm_mesh mesh = { corners, 4, 0, triangles, 6, NULL };
+           cohsm_mesh mesh = { corners, 4, 0, triangles, 6, NULL, NULL, NULL };
            static cohsm_query query;                                 // static: all zero, the defaults
            cohsm_maps *maps;
            float lit[2];
@@ -232,9 +232,9 @@ COHSM_DEF cohsm_result cohsm_build(const struct cohsm_desc *desc, const struct c
             COHSM_ERR_ALLOC, COHSM_ERR_CANCELLED
    Cost     Time grows with maps x (triangles + pixels). The memory needed is the sum of these, for N maps of
             M pixels a side, of which a shard has n pixels (M^2 without shards): at most 100 bytes a triangle
-            at first, then 40; 32 views of 4 M^2 bytes (Z1Z2) or 8 M^2; 80 n; 4 N (20 N with locations);
-            16 bytes a segment of the last 65,536 maps; and twice the block. For COHSM_LAYOUT_FAST the trays
-            come on top, and while they are made what cohsm_open_as says */
+            at first, then 40 (44 with a mask); 32 views of 4 M^2 bytes (Z1Z2) or 8 M^2; 80 n; 4 N (20 N with
+            locations); 16 bytes a segment of the last 65,536 maps; and twice the block. For
+            COHSM_LAYOUT_FAST the trays come on top, and while they are made what cohsm_open_as says */
 #endif
 
 COHSM_DEF cohsm_result cohsm_visible(const cohsm_maps *maps, const struct cohsm_query *query, float *visible,
@@ -300,6 +300,11 @@ typedef struct cohsm_system {       /* all zero: malloc and free, this thread al
 /* ---- structs of page one ---- */
 
 #ifndef COHSM_WITHOUT_BUILD
+typedef int (*cohsm_mask_fn)(void *user, uint32_t triangle, const float weights[3]);
+/* A function of yours that says whether a triangle is there: not 0, or 0 in a hole of its alpha mask. The
+   weights of the triangle's corners, which add up to 1, say at which point. parallel_for's threads call the
+   function. */
+
 typedef struct cohsm_mesh {
     const float    *positions;      /* x, y, z of each vertex */
     size_t          vertex_count;
@@ -307,6 +312,10 @@ typedef struct cohsm_mesh {
     const uint32_t *indices;        /* three to a triangle; NULL = indices16, or else 0, 1, 2, ... */
     size_t          index_count;    /* a multiple of 3 (ignored without indices: vertex_count is used) */
     const uint16_t *indices16;      /* in place of indices; not both */
+    cohsm_mask_fn   mask_fn;        /* holes of an alpha mask, asked for at centres of pixels; NULL = none. A
+                                       mesh with a mask is drawn without vectors, and of triangles with the
+                                       same corners the first one's mask counts */
+    void           *user;           /* given to mask_fn */
 } cohsm_mesh;
 #endif
 
@@ -1769,6 +1778,30 @@ static inline COHSM__COLD void cohsm__log_index(const cohsm__logger *logger, con
 #define COHSM__PREFETCH(p) (void)(p)
 #endif
 
+/* ==== src/shared/mask.h ==== */
+
+/* unit mask: holes of alpha masks, asked for at the samples of rasters */
+
+/* Writes the weights of a triangle's corners where the ray through x, y meets the triangle. c holds x, y and
+   w of each corner as the view has them; w is the depth in units of the view's half width, and 1 where rays
+   are parallel. A sample that rounding puts beyond an edge is moved onto the edge. */
+static inline void cohsm__mask_weights(const double *c, double x, double y, float weights[3])
+{
+    double e[3], sum, sign;
+    int k;
+    for (k = 0; k < 3; k++) {
+        const double *a = c + 3 * ((k + 1) % 3), *b = c + 3 * ((k + 2) % 3);
+        e[k] = x * (a[1] * b[2] - a[2] * b[1]) + y * (a[2] * b[0] - a[0] * b[2]);
+        e[k] += a[0] * b[1] - a[1] * b[0];
+    }
+    sign = e[0] + e[1] + e[2] < 0.0 ? -1.0 : 1.0;
+    for (k = 0, sum = 0.0; k < 3; k++) {
+        e[k] = sign * e[k] > 0.0 ? sign * e[k] : 0.0;
+        sum += e[k];
+    }
+    for (k = 0; k < 3; k++) weights[k] = sum > 0.0 ? (float)(e[k] / sum) : 1.0f / 3.0f;
+}
+
 /* ==== src/csm/format.h ==== */
 
 /* ---- format: the block, and what maps keep in memory ---- */
@@ -2274,6 +2307,8 @@ typedef struct cohsm__soup {            /* triangles in units of the bounding sp
     float   *bounds;                    /* boxes of the clusters in groups of 8: x of the middles of all
                                            eight, then y, z, and in the same way their half sides. After
                                            them come, in groups of 8 too, boxes that each hold 8 clusters */
+    const cohsm_mesh *masked;           /* the mesh, if it has a mask; else NULL */
+    uint32_t *source;                   /* then the number of each triangle in the mesh */
     uint32_t clusters, triangles;
 } cohsm__soup;
 
@@ -2323,6 +2358,24 @@ static uint16_t cohsm__depth16(float z)
     return (uint16_t)(s > 0.0f ? s < (float)COHSM__HIT_MAX ? (int)s : COHSM__HIT_MAX : 0);
 }
 
+/* The mask of the triangle that is drawn. Of its corners there are x and y on the image, whose halves are 1
+   wide, and w: x and y are not divided by it. */
+typedef struct cohsm__mask {
+    const cohsm_mesh *mesh;
+    uint32_t          triangle;
+    double            corners[9];
+} cohsm__mask;
+
+/* Says whether the mask has a hole at the centre of pixel x, y of an image of this size. */
+static int cohsm__is_hole(const cohsm__mask *mask, int x, int y, int size)
+{
+    double scale = 2.0 / (double)size;
+    float weights[3];
+    cohsm__mask_weights(mask->corners, ((double)x + 0.5) * scale - 1.0, ((double)y + 0.5) * scale - 1.0,
+                        weights);
+    return !mask->mesh->mask_fn(mask->mesh->user, mask->triangle, weights);
+}
+
 /* A corner on the image plane: fixed-point position, and depth or 1/w. */
 typedef struct cohsm__corner { int32_t x, y; float z; } cohsm__corner;
 
@@ -2365,9 +2418,9 @@ static int cohsm__samples_in_box(const cohsm__target *t, const cohsm__corner *p0
     return s->x0 <= s->x1 && s->y0 <= s->y1;
 }
 
-/* Enters the depths of a triangle, sample by sample. */
-static void cohsm__fill_triangle(const cohsm__target *t, const cohsm__camera *cam, const cohsm__corner *p0,
-                                 const cohsm__corner *p1, const cohsm__corner *p2)
+/* Enters the depths of a triangle, sample by sample. mask: NULL = none */
+static void cohsm__fill_triangle(const cohsm__target *t, const cohsm__camera *cam, const cohsm__mask *mask,
+                                 const cohsm__corner *p0, const cohsm__corner *p1, const cohsm__corner *p2)
 {
     int64_t area = (int64_t)(p1->x - p0->x) * (p2->y - p0->y) - (int64_t)(p1->y - p0->y) * (p2->x - p0->x);
     int64_t w0, w1, w2;
@@ -2398,7 +2451,7 @@ static void cohsm__fill_triangle(const cohsm__target *t, const cohsm__camera *ca
         w1 = s1;
         w2 = s2;
         for (x = box.x0; x <= box.x1; x++) {
-            if (w0 >= e0 && w1 >= e1 && w2 >= e2) {
+            if (w0 >= e0 && w1 >= e1 && w2 >= e2 && !(mask && cohsm__is_hole(mask, x, y, t->size))) {
                 z = ((float)w0 * p0->z + (float)w1 * p1->z + (float)w2 * p2->z) * scale;
                 if (cam->perspective) z = cam->depth_scale / z;
                 cohsm__insert_depth(t->z + (size_t)t->keep * (size_t)(y * t->size + x), t->keep,
@@ -2892,6 +2945,7 @@ static void cohsm__soup_fill(cohsm__soup *soup, const cohsm_mesh *mesh, const ui
     cohsm__sort_spots(spot, n);
     for (n = 0; n < soup->triangles; n++) {
         cohsm__soup_corners(mesh, spot[n].triangle, center, inverse, p);
+        if (soup->masked) soup->source[n] = spot[n].triangle;
         for (k = 0; k < 3; k++) {
             v = soup->v + (size_t)(n / COHSM__CLUSTER) * 9 * COHSM__CLUSTER + 3 * COHSM__CLUSTER * k +
                 n % COHSM__CLUSTER;
@@ -2917,7 +2971,10 @@ static int cohsm__soup_make(cohsm__soup *soup, const cohsm_mesh *mesh, const uin
     soup->v = (float *)cohsm__heap_alloc(heap, floats, sizeof(float));
     soup->bounds = (float *)cohsm__heap_alloc(heap, cohsm__bound_count(soup), 48 * sizeof(float));
     spot = (cohsm__spot *)cohsm__heap_alloc(heap, triangles, sizeof *spot);
-    made = soup->v && soup->bounds && spot;
+    soup->masked = mesh->mask_fn ? mesh : NULL;
+    soup->source = NULL;
+    if (soup->masked) soup->source = (uint32_t *)cohsm__heap_alloc(heap, triangles, sizeof *soup->source);
+    made = soup->v && soup->bounds && spot && (!soup->masked || soup->source);
     if (made) {
         memset(soup->v, 0, floats * sizeof(float));
         memset(soup->bounds, 0, cohsm__bound_count(soup) * 48 * sizeof(float));
@@ -2933,7 +2990,9 @@ static void cohsm__soup_free(cohsm__soup *soup, cohsm__counted_heap *heap)
 {
     cohsm__heap_free(heap, soup->v, (size_t)soup->clusters * 9 * COHSM__CLUSTER, sizeof(float));
     cohsm__heap_free(heap, soup->bounds, cohsm__bound_count(soup), 48 * sizeof(float));
+    cohsm__heap_free(heap, soup->source, soup->triangles, sizeof *soup->source);
     soup->v = soup->bounds = NULL;
+    soup->source = NULL;
 }
 
 /* ==== src/csm/trays.h ==== */
@@ -7124,7 +7183,7 @@ static inline COHSM__IN_KERNEL void cohsm__draw_alone(const cohsm__target *t, co
         c[k].y = q->y[k][at];
         c[k].z = q->z[k][at];
     }
-    cohsm__fill_triangle(t, cam, c, c + 1, c + 2);
+    cohsm__fill_triangle(t, cam, NULL, c, c + 1, c + 2);
 }
 
 /* Draws the triangles of the queue from number at on, as many as there are lanes or are left. */
@@ -8698,9 +8757,29 @@ static cohsm__corner cohsm__project_corner(const cohsm__clip *c, int size)
     return p;
 }
 
-static void cohsm__raster_perspective(const cohsm__target *t, const cohsm__camera *cam, const float *v,
-                                      uint32_t lane)
+/* Begins the mask of triangle `lane` of a cluster. Returns NULL if the mesh has none. */
+static cohsm__mask *cohsm__mask_begin(const cohsm__soup *soup, uint32_t cluster, uint32_t lane,
+                                      cohsm__mask *mask)
 {
+    uint32_t number = cluster * COHSM__CLUSTER + lane;
+    if (!soup->masked || number >= soup->triangles) return NULL;
+    mask->mesh = soup->masked;
+    mask->triangle = soup->source[number];
+    return mask;
+}
+
+static void cohsm__mask_corner(cohsm__mask *mask, int corner, float x, float y, float w)
+{
+    mask->corners[3 * corner] = (double)x;
+    mask->corners[3 * corner + 1] = (double)y;
+    mask->corners[3 * corner + 2] = (double)w;
+}
+
+static void cohsm__raster_perspective(const cohsm__target *t, const cohsm__camera *cam,
+                                      const cohsm__soup *soup, uint32_t cluster, uint32_t lane)
+{
+    const float *v = cohsm__cluster(soup, cluster);
+    cohsm__mask storage, *mask = cohsm__mask_begin(soup, cluster, lane, &storage);
     cohsm__clip p[10];
     cohsm__corner c0, c1, c2;
     int k, n = 3, behind = 0;
@@ -8710,6 +8789,7 @@ static void cohsm__raster_perspective(const cohsm__target *t, const cohsm__camer
     for (k = 0; k < 3; k++, v += 3 * COHSM__CLUSTER) {
         cohsm__v3 q = cohsm__v3_sub(cohsm__v3_make(v[lane], v[16 + lane], v[32 + lane]), cam->eye);
         cohsm__face_coordinates(cam->face, q, &p[k].x, &p[k].y, &p[k].w);
+        if (mask) cohsm__mask_corner(mask, k, p[k].x, p[k].y, p[k].w);
         behind += p[k].w < 1e-5f;
         left += p[k].x < -p[k].w;
         right += p[k].x > p[k].w;
@@ -8724,7 +8804,7 @@ static void cohsm__raster_perspective(const cohsm__target *t, const cohsm__camer
     c1 = cohsm__project_corner(p + 1, t->size);
     for (k = 2; k < n; k++) {
         c2 = cohsm__project_corner(p + k, t->size);
-        cohsm__fill_triangle(t, cam, &c0, &c1, &c2);
+        cohsm__fill_triangle(t, cam, mask, &c0, &c1, &c2);
         c1 = c2;
     }
 }
@@ -8777,8 +8857,32 @@ static void cohsm__raster_face(const cohsm__target *t, const cohsm__camera *cam,
         cohsm__find_in_face(t, cam, soup, begin, end, &sight);
         for (i = 0; i < sight.count; i++)
             for (k = 0; k < COHSM__CLUSTER; k++)
-                cohsm__raster_perspective(t, cam, cohsm__cluster(soup, sight.cluster[i]), k);
+                cohsm__raster_perspective(t, cam, soup, sight.cluster[i], k);
     }
+}
+
+/* Draws a triangle of an orthographic view as the kernels do, to the last bit, but for the holes of its
+   mask. */
+static void cohsm__raster_masked(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup,
+                                 uint32_t cluster, uint32_t lane)
+{
+    const float scale = (float)(t->size * (COHSM__SUBPIXEL / 2)), offset = scale + 0.5f;
+    const cohsm__v3 right = cohsm__v3_scale(cam->axes.right, scale);
+    const cohsm__v3 up = cohsm__v3_scale(cam->axes.up, scale);
+    const float *v = cohsm__cluster(soup, cluster);
+    cohsm__mask mask;
+    cohsm__corner c[3];
+    int k;
+
+    if (!cohsm__mask_begin(soup, cluster, lane, &mask)) return;
+    for (k = 0; k < 3; k++, v += 3 * COHSM__CLUSTER) {
+        cohsm__v3 p = cohsm__v3_make(v[lane], v[16 + lane], v[32 + lane]);
+        c[k].x = (int32_t)(cohsm__v3_dot(p, right) + offset);
+        c[k].y = (int32_t)(cohsm__v3_dot(p, up) + offset);
+        c[k].z = 0.5f - 0.5f * cohsm__v3_dot(p, cam->axes.back);
+        cohsm__mask_corner(&mask, k, cohsm__v3_dot(p, cam->axes.right), cohsm__v3_dot(p, cam->axes.up), 1.0f);
+    }
+    cohsm__fill_triangle(t, cam, &mask, c, c + 1, c + 2);
 }
 
 static void cohsm__raster_view(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup,
@@ -8803,7 +8907,9 @@ static void cohsm__raster_view(const cohsm__target *t, const cohsm__camera *cam,
         for (i = begin; all && i < end; i++) sight.cluster[i - begin] = i;
         sight.count = end - begin;
         if (!all) kernels.find(t, cam->axes.up, soup, begin, end, &sight);
-        kernels.enqueue(t, cam, soup, &sight, &q);
+        for (i = 0; soup->masked && i < sight.count * COHSM__CLUSTER; i++)
+            cohsm__raster_masked(t, cam, soup, sight.cluster[i / COHSM__CLUSTER], i % COHSM__CLUSTER);
+        if (!soup->masked) kernels.enqueue(t, cam, soup, &sight, &q);
     }
     kernels.draw_queue(t, cam, &q, 1);
 }

@@ -34,7 +34,7 @@
            static float directions[3 * 64], irradiances[3 * 64];    // a bright sky, as 64 lights
            const float points[] = { 0, 0, 0,  9, 0, 0 }, normals[] = { 0, 1, 0,  0, 1, 0 };
            envsh_lights lights = { 64, directions, irradiances, NULL, NULL, 0 };
-           envsh_mesh mesh = { corners, 4, 0, triangles, 6, NULL };
+           envsh_mesh mesh = { corners, 4, 0, triangles, 6, NULL, NULL, NULL };
            envsh_points receivers = { 2, points, 0, normals, 0, NULL, 0, 0 };
            envsh_maps *maps;
            float light[6];
@@ -261,6 +261,11 @@ struct envsh_lights {               /* directional lights: your own, or those th
                                        4, >= 12; 0 = 12 */
 };
 
+typedef int (*envsh_mask_fn)(void *user, uint32_t triangle, const float weights[3]);
+/* A function of yours that says whether a triangle is there: not 0, or 0 in a hole of its alpha mask. The
+   weights of the triangle's corners, which add up to 1, say at which point. parallel_for's threads call the
+   function. */
+
 struct envsh_mesh {                 /* triangles that cast shadows */
     const float    *positions;      /* x, y, z of each vertex */
     size_t          vertex_count;
@@ -268,6 +273,8 @@ struct envsh_mesh {                 /* triangles that cast shadows */
     const uint32_t *indices;        /* three to a triangle; NULL = indices16, or else 0, 1, 2, ... */
     size_t          index_count;    /* a multiple of 3 (ignored without indices: vertex_count is used) */
     const uint16_t *indices16;      /* in place of indices; not both */
+    envsh_mask_fn   mask_fn;        /* holes of an alpha mask, asked for at centres of texels; NULL = none */
+    void           *user;           /* given to mask_fn */
 };
 
 struct envsh_points {               /* receivers */
@@ -977,6 +984,30 @@ static inline void envsh__batch_task(void *context, size_t index)
    and its top edges if y grows downwards. Exactly one of two opposite edges owns. */
 static inline int envsh__edge_owns(double dx, double dy) { return dy < 0.0 || (dy <= 0.0 && dx > 0.0); }
 
+/* ==== src/shared/mask.h ==== */
+
+/* unit mask: holes of alpha masks, asked for at the samples of rasters */
+
+/* Writes the weights of a triangle's corners where the ray through x, y meets the triangle. c holds x, y and
+   w of each corner as the view has them; w is the depth in units of the view's half width, and 1 where rays
+   are parallel. A sample that rounding puts beyond an edge is moved onto the edge. */
+static inline void envsh__mask_weights(const double *c, double x, double y, float weights[3])
+{
+    double e[3], sum, sign;
+    int k;
+    for (k = 0; k < 3; k++) {
+        const double *a = c + 3 * ((k + 1) % 3), *b = c + 3 * ((k + 2) % 3);
+        e[k] = x * (a[1] * b[2] - a[2] * b[1]) + y * (a[2] * b[0] - a[0] * b[2]);
+        e[k] += a[0] * b[1] - a[1] * b[0];
+    }
+    sign = e[0] + e[1] + e[2] < 0.0 ? -1.0 : 1.0;
+    for (k = 0, sum = 0.0; k < 3; k++) {
+        e[k] = sign * e[k] > 0.0 ? sign * e[k] : 0.0;
+        sum += e[k];
+    }
+    for (k = 0; k < 3; k++) weights[k] = sum > 0.0 ? (float)(e[k] / sum) : 1.0f / 3.0f;
+}
+
 /* ==== src/envshadow/errors.h ==== */
 
 /* ---- errors: results and what is logged of them ---- */
@@ -1485,9 +1516,24 @@ static envsh__texel_box envsh__bound_texels(const envsh__tile_target *to, const 
     return box;
 }
 
-/* Draws the depth of a triangle into the texels of the tile that it covers. */
-static void envsh__raster_triangle(const envsh__tile_target *to, const envsh__corner3 *p,
-                                   const envsh__corner3 *q, const envsh__corner3 *r)
+/* The mask of the triangle that is drawn: its corners are x, y in texels, and 1. */
+typedef struct envsh__mask {
+    const envsh_mesh *mesh;
+    uint32_t          triangle;
+    double            corners[9];
+} envsh__mask;
+
+/* Returns whether the mask has a hole at the centre of texel x, y. */
+static int envsh__is_hole(const envsh__mask *mask, int64_t x, int64_t y)
+{
+    float weights[3];
+    envsh__mask_weights(mask->corners, (double)x + 0.5, (double)y + 0.5, weights);
+    return !mask->mesh->mask_fn(mask->mesh->user, mask->triangle, weights);
+}
+
+/* Draws the depth of a triangle into the texels of the tile that it covers. mask: NULL = none */
+static void envsh__raster_triangle(const envsh__tile_target *to, const envsh__mask *mask,
+                                   const envsh__corner3 *p, const envsh__corner3 *q, const envsh__corner3 *r)
 {
     const envsh__corner3 *swap;
     envsh__texel_box box;
@@ -1535,7 +1581,7 @@ static void envsh__raster_triangle(const envsh__tile_target *to, const envsh__co
             if ((e0 | e1 | e2) >= 0) {
                 float z = zr + zx * (float)(x - box.x0);
                 z = z < lo ? lo : z > hi ? hi : z;
-                if (z < *out) *out = z;
+                if (z < *out && !(mask && envsh__is_hole(mask, x, y))) *out = z;
             }
             e0 -= (q->y - p->y) * 256;
             e1 -= (r->y - q->y) * 256;
@@ -1651,6 +1697,20 @@ static size_t envsh__index_at(const envsh_mesh *mesh, size_t i)
     return mesh->indices ? mesh->indices[i] : mesh->indices16 ? mesh->indices16[i] : i;
 }
 
+/* Writes where the corners of a triangle lie in the tile, for its mask. */
+static void envsh__place_mask(const float *rows, const float *const *corners, envsh__mask *mask)
+{
+    int i, k;
+    for (i = 0; i < 3; i++) {
+        for (k = 0; k < 2; k++) {
+            const float *row = rows + 4 * k, *p = corners[i];
+            mask->corners[3 * i + k] = (double)row[0] * (double)p[0] + (double)row[1] * (double)p[1] +
+                                       (double)row[2] * (double)p[2] + (double)row[3];
+        }
+        mask->corners[3 * i + 2] = 1.0;
+    }
+}
+
 /* Draws the mesh into the tile of light i. */
 static void envsh__draw_task(void *context, size_t i)
 {
@@ -1659,12 +1719,14 @@ static void envsh__draw_task(void *context, size_t i)
     const envsh_view *v = &m->views[i];
     const char *positions = (const char *)d->mesh->positions;
     envsh__tile_target to;
+    envsh__mask mask;
     envsh__corner3 c[8];
     const float *p[3];
     float rows[12];
     size_t t, k;
     to.tile = envsh__tile_texels(m, (uint32_t)i, &to.row);
     to.step = m->channels;
+    mask.mesh = d->mesh;
     to.low = (int64_t)m->guard;
     to.high = (int64_t)(m->map_side - m->guard) - 1;
     for (k = 0; k < 3; k++)
@@ -1678,7 +1740,10 @@ static void envsh__draw_task(void *context, size_t i)
             within &= envsh__transform_corner(rows, p[k], &c[k]);
         }
         if (!within) n = envsh__cut_triangle(rows, p, c);
-        for (j = 2; j < n; j++) envsh__raster_triangle(&to, &c[0], &c[j - 1], &c[j]);
+        if (d->mesh->mask_fn) envsh__place_mask(rows, p, &mask);
+        mask.triangle = (uint32_t)t;
+        for (j = 2; j < n; j++)
+            envsh__raster_triangle(&to, d->mesh->mask_fn ? &mask : NULL, &c[0], &c[j - 1], &c[j]);
     }
 }
 

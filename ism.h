@@ -267,6 +267,11 @@ ISM_DEF void ism_free(ism_maps *maps);
 ISM_DEF const char *ism_result_text(ism_result result);
 /* Returns a constant text that says what a result means; "unknown result" for any other number. */
 
+typedef int (*ism_mask_fn)(void *user, uint32_t triangle, const float weights[3]);
+/* A function of yours that says whether a triangle is there: not 0, or 0 in a hole of its alpha mask. The
+   weights of the triangle's corners, which add up to 1, say at which point. parallel_for's threads call the
+   function. */
+
 typedef struct ism_mesh {           /* the triangles that cast shadows, lit ones too, in world space, as of
                                        this frame */
     const float    *positions;      /* x, y, z of each vertex */
@@ -278,6 +283,10 @@ typedef struct ism_mesh {           /* the triangles that cast shadows, lit ones
     const float    *opacities;      /* 0..1 for each triangle: the share of the VPLs, in quarters, into whose
                                        maps the triangle is drawn; NULL = all are opaque */
     const float    *albedos;        /* r, g, b of each triangle, read by ism_bounce alone; NULL = 0.5 */
+    ism_mask_fn     mask_fn;        /* holes of an alpha mask: surfels that fall into one are none; NULL = no
+                                       holes. Asked for surfels that a frame renews, so a change of the mask
+                                       is seen after lazy_frames */
+    void           *user;           /* given to mask_fn */
 } ism_mesh;
 
 typedef enum ism_source_kind {      /* what sends the light on */
@@ -5037,10 +5046,22 @@ static double ism__choose_triangle(const ism__spread_work *w, const double *shar
     return share / shares[w->cluster_count] * ((sums[t + 1u] - sums[t]) / width);
 }
 
+/* Returns whether a point of a mesh lies in a hole of its mask. */
+static int ism__is_hole(const ism_mesh *mesh, const ism__surfel *p)
+{
+    float weights[3];
+    if (!mesh->mask_fn) return 0;
+    weights[1] = (float)p->b1 * (1.0f / 65535.0f);
+    weights[2] = (float)p->b2 * (1.0f / 65535.0f);
+    weights[0] = 1.0f - weights[1] - weights[2];
+    return !mesh->mask_fn(mesh->user, p->triangle, weights);
+}
+
 /* Makes the points of a VPL's tile. Each VPL has stratified random numbers (j + r) / n of its own, the same
    in every frame, so that a static scene stays as it is; one in lazy_frames of the points is made anew.
-   Clusters are found for several points at once, and the sums of their triangles are fetched meanwhile, since
-   no cache holds those of a large mesh. */
+   Points in holes of the mask stand for no area; the others stand for as much as without a mask, so that all
+   together stand for what is there. Clusters are found for several points at once, and the sums of their
+   triangles are fetched meanwhile, since no cache holds those of a large mesh. */
 static void ism__points_of(const ism__spread_work *w, size_t v, const double *shares)
 {
     ism_maps *m = w->m;
@@ -5072,6 +5093,7 @@ static void ism__points_of(const ism__spread_work *w, size_t v, const double *sh
             to->b1 = (uint16_t)(b1 * 65535.0f);
             to->b2 = (uint16_t)(b2 * 65535.0f);
             to->weight = probability > 0.0 ? (float)(1.0 / ((double)n * probability)) : 0.0f;
+            if (ism__is_hole(w->mesh, to)) to->weight = 0.0f;
         }
     }
 }
@@ -5373,8 +5395,9 @@ static void ism__draw_points(ism__tile *tile, const ism__splat *kernels, const i
     for (j = 0; j < count; j++) {
         ism__read_ahead(mesh, points, count, j);
         /* Opacity is dithered over 2 x 2 tiles, not texels: pull and push would close the gaps that dithering
-           leaves. */
-        if (!mesh->opacities || ism__dither(column, row, mesh->opacities[points[j].triangle]))
+           leaves. Points in holes have no weight. */
+        if (points[j].weight > 0.0f &&
+            (!mesh->opacities || ism__dither(column, row, mesh->opacities[points[j].triangle])))
             ism__add_point(mesh, &points[j], &discs);
         if (discs.count < ISM__DISCS && j + 1u < count) continue;
         kernels->draw(tile, &discs, kernels->place(tile, &discs));

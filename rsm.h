@@ -336,6 +336,11 @@ typedef struct rsm_desc {           /* zero it, then set what you care about; a 
     rsm_rows       rows;            /* of the buffers given to rsm_fill */
 } rsm_desc;
 
+typedef int (*rsm_mask_fn)(void *user, uint32_t triangle, const float weights[3]);
+/* A function of yours that says whether a triangle is there: not 0, or 0 in a hole of its alpha mask. The
+   weights of the triangle's corners, which add up to 1, say at which point. parallel_for's threads call the
+   function. */
+
 typedef struct rsm_mesh {           /* triangles that the light may see */
     const float    *positions;      /* x, y, z of each vertex */
     size_t          vertex_count;
@@ -348,16 +353,15 @@ typedef struct rsm_mesh {           /* triangles that the light may see */
     float           albedo[3];      /* linear reflectance, 0..1 (more is not refused), where surface_fn is
                                        NULL */
     uint32_t        material;       /* number of the Phong lobe of the mesh's texels, from 1; 0 = none */
-    int             has_holes;      /* not 0: surface_fn may return 0, and is called for every pixel that is
-                                       drawn; 0: for pixels that stay visible only */
-    int (*surface_fn)(void *user, const struct rsm_mesh *mesh, uint32_t triangle, const float weights[3],
-                      float albedo[3]);
+    rsm_mask_fn     mask_fn;        /* holes of an alpha mask, asked for at centres of texels; NULL = none */
+    void (*surface_fn)(void *user, const struct rsm_mesh *mesh, uint32_t triangle, const float weights[3],
+                       float albedo[3]);
     /* A function of yours that writes the linear albedo at a point of a triangle, which the weights of its
-       corners say. Returns 0 for a hole. NULL = `albedo` everywhere. Any thread may call the function. */
-    void           *user;           /* given to surface_fn */
-    uint32_t        tap_side;       /* surface_fn is averaged over tap_side x tap_side points of a texel, so
-                                       that textures finer than texels neither flicker nor lose energy.
-                                       1..16, 0 = 1 */
+       corners say. NULL = `albedo` everywhere. parallel_for's threads call the function. */
+    void           *user;           /* given to mask_fn and surface_fn */
+    uint32_t        tap_side;       /* surface_fn is averaged over tap_side x tap_side points of a texel, but
+                                       for those in holes, so that textures finer than texels neither flicker
+                                       nor lose energy. 1..16, 0 = 1 */
 } rsm_mesh;
 
 typedef struct rsm_points {         /* receivers: pixels of a picture, row by row, or any list */
@@ -2612,11 +2616,11 @@ static inline int rsm__find_weights(const rsm__edges *e, double x, double y, dou
     return 1;
 }
 
-/* Returns whether the caller's surface_fn has a hole there. */
+/* Returns whether the mesh's mask has a hole there. */
 static inline int rsm__is_hole(const rsm_mesh *m, size_t triangle, const double w[3])
 {
-    float weights[3] = { (float)w[0], (float)w[1], (float)w[2] }, albedo[3] = { 0, 0, 0 };
-    return m->has_holes && m->surface_fn && !m->surface_fn(m->user, m, (uint32_t)triangle, weights, albedo);
+    float weights[3] = { (float)w[0], (float)w[1], (float)w[2] };
+    return m->mask_fn && !m->mask_fn(m->user, (uint32_t)triangle, weights);
 }
 
 /* Draws one triangle into the rows y0..y1 of the face: where it is nearest, its depth goes into the texel and
@@ -2648,7 +2652,8 @@ static inline void rsm__draw_triangle(const rsm__raster *r, const rsm_mesh *m, s
         }
 }
 
-/* Writes the mean of surface_fn over taps x taps points of the texel, in the triangle's plane. */
+/* Writes the mean of surface_fn over those of taps x taps points of the texel, in the triangle's plane, that
+   are in no hole. */
 static inline void rsm__mean_albedo(const rsm_mesh *m, size_t triangle, const rsm__edges *e, double x,
                                     double y, double h, float out[3])
 {
@@ -2668,7 +2673,8 @@ static inline void rsm__mean_albedo(const rsm_mesh *m, size_t triangle, const rs
                 total += w[k];
             }
             for (k = 0; k < 3; k++) weights[k] = total > 0.0 ? (float)(w[k] / total) : 1.0f / 3.0f;
-            if (!m->surface_fn(m->user, m, (uint32_t)triangle, weights, albedo)) continue;
+            if (m->mask_fn && !m->mask_fn(m->user, (uint32_t)triangle, weights)) continue;
+            m->surface_fn(m->user, m, (uint32_t)triangle, weights, albedo);
             for (k = 0; k < 3; k++) sum[k] += albedo[k];
             found++;
         }

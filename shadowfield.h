@@ -32,7 +32,7 @@
            const float place[6] = { 0, -0.5f, 0,  6, -0.5f, 0 }, up[6] = { 0, 1, 0,  0, 1, 0 };
            const float sky[3] = { 1, 1, 1 };
            float rgb[6] = { 0, 0, 0, 0, 0, 0 };
-           sfield_mesh mesh = { corners, 4, 0, triangles, 6, NULL };
+           sfield_mesh mesh = { corners, 4, 0, triangles, 6, NULL, NULL, NULL };
            sfield_entity square;
            sfield_points points;
            sfield_field *field;
@@ -285,6 +285,11 @@ SFIELD_DEF const char *sfield_result_text(sfield_result result);
 /* ---- structs of page one ---- */
 
 #ifndef SFIELD_WITHOUT_BUILD
+typedef int (*sfield_mask_fn)(void *user, uint32_t triangle, const float weights[3]);
+/* A function of yours that says whether a triangle is there: not 0, or 0 in a hole of its alpha mask. The
+   weights of the triangle's corners, which add up to 1, say at which point. parallel_for's threads call the
+   function. */
+
 typedef struct sfield_mesh {
     const float    *positions;      /* x, y, z of each vertex */
     size_t          vertex_count;
@@ -292,6 +297,9 @@ typedef struct sfield_mesh {
     const uint32_t *indices;        /* three to a triangle; NULL = indices16, or else 0, 1, 2, ... */
     size_t          index_count;    /* a multiple of 3 (ignored without indices: vertex_count is used) */
     const uint16_t *indices16;      /* in place of indices; not both */
+    sfield_mask_fn  mask_fn;        /* holes of an alpha mask, asked for at each sample of a view, of which a
+                                       texel has many; NULL = none */
+    void           *user;           /* given to mask_fn */
 } sfield_mesh;
 #endif
 
@@ -1754,6 +1762,30 @@ static inline SFIELD__COLD void sfield__log_index(const sfield__logger *logger, 
     sfield__message_count(&m, vertex_count);
     sfield__message_text(&m, vertex_count == 1 ? " vertex" : " vertices");
     logger->log(logger->user, m.text);
+}
+
+/* ==== src/shared/mask.h ==== */
+
+/* unit mask: holes of alpha masks, asked for at the samples of rasters */
+
+/* Writes the weights of a triangle's corners where the ray through x, y meets the triangle. c holds x, y and
+   w of each corner as the view has them; w is the depth in units of the view's half width, and 1 where rays
+   are parallel. A sample that rounding puts beyond an edge is moved onto the edge. */
+static inline void sfield__mask_weights(const double *c, double x, double y, float weights[3])
+{
+    double e[3], sum, sign;
+    int k;
+    for (k = 0; k < 3; k++) {
+        const double *a = c + 3 * ((k + 1) % 3), *b = c + 3 * ((k + 2) % 3);
+        e[k] = x * (a[1] * b[2] - a[2] * b[1]) + y * (a[2] * b[0] - a[0] * b[2]);
+        e[k] += a[0] * b[1] - a[1] * b[0];
+    }
+    sign = e[0] + e[1] + e[2] < 0.0 ? -1.0 : 1.0;
+    for (k = 0, sum = 0.0; k < 3; k++) {
+        e[k] = sign * e[k] > 0.0 ? sign * e[k] : 0.0;
+        sum += e[k];
+    }
+    for (k = 0; k < 3; k++) weights[k] = sum > 0.0 ? (float)(e[k] / sum) : 1.0f / 3.0f;
 }
 
 /* ==== src/shadowfield/services.h ==== */
@@ -3867,6 +3899,8 @@ typedef struct sfield__build {
     uint32_t         *index, *original;
     float            *corner;       /* of triangles: planes of x, y, z of first corners, then of the others */
     size_t            vertices, triangles, corner_room;     /* room: from one plane to the next */
+    sfield_mask_fn    mask_fn;      /* of the mesh, and what is given to it */
+    void             *mask_user;
     const float      *radiance;     /* of triangles, this frame's */
     sfield_emitter    emitter;
     float             cosine;       /* of its cone */
@@ -4237,6 +4271,25 @@ static void sfield__draw_span(sfield__view *v, size_t row, int x0, int x1, const
     }
 }
 
+/* Draws the samples x0 to x1 of a row as sfield__draw_span or sfield__set_bits does, but for those in holes of
+   the mesh's mask. corners: of the triangle, nine floats, 16 apart: x, y and depth of each on the face. */
+static void sfield__draw_masked_span(const sfield__build *b, sfield__view *v, size_t row, int x0, int x1,
+                                     const float *plane, uint32_t owner, const float *corners)
+{
+    const double half = 0.5 * (double)v->width;
+    const double t = ((double)(row & (v->width - 1)) + 0.5) / half - 1;
+    double c[9];
+    float weights[3];
+    int x;
+    for (x = 0; x < 9; x++) c[x] = (double)corners[16 * x];
+    for (x = x0; x <= x1; x++) {
+        sfield__mask_weights(c, ((double)x + 0.5) / half - 1, t, weights);
+        if (!b->mask_fn(b->mask_user, (owner & 0x7fffffffu) - 1, weights)) continue;
+        if (v->depth) sfield__draw_span(v, row, x, x, plane, owner);
+        else sfield__set_bits(v->bits + row * (v->width / 64), x, x);
+    }
+}
+
 /* Draws all triangles of the mesh that an eye sees, sixteen at a time, in any order. */
 static void sfield__draw_triangles16(const sfield__build *b, sfield__view *v, const float *eye);
 
@@ -4587,6 +4640,8 @@ static sfield_result sfield__take_mesh(sfield__build *b, const sfield_mesh *m)
     if (!sfield__check_value(&b->log, sfield__in(b->h.radius, 1e-18f, 1e18f), "the radius of mesh",
                       (double)b->h.radius, "1e-18..1e18"))
         return SFIELD_ERR_INPUT;
+    b->mask_fn = m->mask_fn;
+    b->mask_user = m->user;
     b->vertices = m->vertex_count;
     b->position = (float *)sfield__hold_memory(b, 3 * b->vertices, sizeof *b->position);
     if (!b->position) return SFIELD_ERR_ALLOC;
@@ -6484,6 +6539,7 @@ static inline SFIELD__IN_KERNEL sfield__lanes sfield__lanes3_dot(sfield__lanes3 
 #define sfield__find_cones SFIELD__NAME_IN_SET(sfield__find_cones, SFIELD__SET)
 #define sfield__cut_rows SFIELD__NAME_IN_SET(sfield__cut_rows, SFIELD__SET)
 #define sfield__store_planes SFIELD__NAME_IN_SET(sfield__store_planes, SFIELD__SET)
+#define sfield__store_trio SFIELD__NAME_IN_SET(sfield__store_trio, SFIELD__SET)
 #define sfield__draw_rows SFIELD__NAME_IN_SET(sfield__draw_rows, SFIELD__SET)
 #define sfield__draw_across SFIELD__NAME_IN_SET(sfield__draw_across, SFIELD__SET)
 #define sfield__draw_triangles SFIELD__NAME_IN_SET(sfield__draw_triangles, SFIELD__SET)
@@ -6723,8 +6779,22 @@ static inline SFIELD__IN_KERNEL void sfield__store_planes(const sfield__cones *e
     sfield__lanes_store(planes + 48, sfield__lanes_select(front, e->det, back));
 }
 
+/* Stores the corners of triangles: x, y, z of the first corner of each, then those of the others. */
+static inline SFIELD__IN_KERNEL void sfield__store_trio(const sfield__trio *q, float *to)
+{
+    sfield__lanes_store(to, q->a.x);
+    sfield__lanes_store(to + 16, q->a.y);
+    sfield__lanes_store(to + 32, q->a.z);
+    sfield__lanes_store(to + 48, q->b.x);
+    sfield__lanes_store(to + 64, q->b.y);
+    sfield__lanes_store(to + 80, q->b.z);
+    sfield__lanes_store(to + 96, q->c.x);
+    sfield__lanes_store(to + 112, q->c.y);
+    sfield__lanes_store(to + 128, q->c.z);
+}
+
 /* Draws the triangles that `bits` names, each within its box on its face, which they are turned to.
-   number: of each lane, read where there are depths alone. */
+   number: of each lane, read where there are depths or a mask. */
 static inline SFIELD__IN_KERNEL void sfield__draw_rows(const sfield__build *b, sfield__view *v,
                                                        const sfield__trio *q, sfield__lanes face,
                                                        const sfield__boxes *box, uint32_t bits,
@@ -6732,7 +6802,7 @@ static inline SFIELD__IN_KERNEL void sfield__draw_rows(const sfield__build *b, s
 {
     const float half = 0.5f * (float)v->width;
     const size_t words = v->width / 64;
-    float planes[64];
+    float planes[64], corners[9 * 16];
     int32_t first[16], x0[16], x1[16];
     sfield__lanes y = box->y0;
     sfield__lane_mask rows;
@@ -6744,6 +6814,7 @@ static inline SFIELD__IN_KERNEL void sfield__draw_rows(const sfield__build *b, s
     sfield__ints_store(first, sfield__lanes_truncate(sfield__lanes_add(
         sfield__lanes_mul(face, sfield__lanes_all((float)v->width)), y)));
     if (v->depth) sfield__store_planes(&e, planes);
+    if (b->mask_fn) sfield__store_trio(q, corners);
     rows = sfield__mask_of_bits(bits);
     for (down = 0; bits; down++) {
         sfield__lanes t = sfield__lanes_mul(sfield__lanes_add(y, sfield__lanes_all(0.5f)),
@@ -6763,11 +6834,14 @@ static inline SFIELD__IN_KERNEL void sfield__draw_rows(const sfield__build *b, s
         for (bits = sfield__mask_bits(some); bits; bits &= bits - 1) {
             const uint32_t l = sfield__first_bit(bits);
             const size_t row = (size_t)first[l] + down;
+            uint32_t owner = 0;
             v->touched[row] = 1;
-            if (!v->depth) sfield__set_bits(v->bits + row * words, x0[l], x1[l]);
-            else
-                sfield__draw_span(v, row, x0[l], x1[l], planes + l,
-                                  (b->original[number[l]] + 1) | (front >> l & 1 ? 0 : 0x80000000u));
+            if (v->depth || b->mask_fn)
+                owner = (b->original[number[l]] + 1) | (front >> l & 1 ? 0 : 0x80000000u);
+            if (b->mask_fn)
+                sfield__draw_masked_span(b, v, row, x0[l], x1[l], planes + l, owner, corners + l);
+            else if (v->depth) sfield__draw_span(v, row, x0[l], x1[l], planes + l, owner);
+            else sfield__set_bits(v->bits + row * words, x0[l], x1[l]);
         }
         y = sfield__lanes_add(y, sfield__lanes_all(1));
         rows = sfield__mask_and(rows, sfield__lanes_at_least(box->y1, y));
@@ -6869,7 +6943,7 @@ SFIELD__KERNEL static void sfield__draw_triangles(const sfield__build *b, sfield
         box = sfield__round_boxes(box, width);
         used = one & sfield__mask_bits(box.used);
         if (used) {
-            for (l = 0; l < 16 && v->depth; l++) number[l] = (uint32_t)i + l;
+            for (l = 0; l < 16 && (v->depth || b->mask_fn); l++) number[l] = (uint32_t)i + l;
             sfield__draw_rows(b, v, &q, on.number, &box, used, number);
         }
         if (waiting < 16) continue;

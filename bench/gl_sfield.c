@@ -51,7 +51,7 @@ static int build(board *b, const bn_options *options)
     for (uint32_t i = 0; i < MESHES; i++) {
         const ex_mesh *mesh = &b->scene.meshes[1 + i];
         const sfield_mesh m = { mesh->positions, mesh->vertex_count, 0, mesh->indices,
-                                3 * (size_t)mesh->triangle_count, NULL };
+                                3 * (size_t)mesh->triangle_count, NULL, NULL, NULL };
         if (sfield_build(&d, &m, &b->field[i], NULL) != SFIELD_OK)
             return -1;
     }
@@ -193,7 +193,7 @@ static sfield_result measure_build(const board *b, const bn_options *options, gl
 {
     const ex_mesh *mesh = &b->scene.meshes[4];
     const sfield_mesh m = { mesh->positions, mesh->vertex_count, 0, mesh->indices,
-                           3 * (size_t)mesh->triangle_count, NULL };
+                           3 * (size_t)mesh->triangle_count, NULL, NULL, NULL };
     sfield_desc d = bn_sfield_desc(options);
     double ms[2] = { 0, 0 };
     sfield_result result = SFIELD_OK;

@@ -179,7 +179,7 @@ const char *bn_simd(void)
 
 cohsm_mesh bn_model_mesh(const bn_model *m)
 {
-    cohsm_mesh mesh = { m->positions, m->vertices, 0, m->indices, 3 * m->triangles, NULL };
+    cohsm_mesh mesh = { m->positions, m->vertices, 0, m->indices, 3 * m->triangles, NULL, NULL, NULL };
     return mesh;
 }
 

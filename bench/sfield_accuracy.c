@@ -270,7 +270,7 @@ int bn_sfield_accuracy(const bn_options *options)
 {
     static float positions[3 * 65 * 33];
     static uint32_t indices[6 * 64 * 32];
-    const sfield_mesh sphere = { positions, 65 * 33, 0, indices, 6 * 64 * 32, NULL };
+    const sfield_mesh sphere = { positions, 65 * 33, 0, indices, 6 * 64 * 32, NULL, NULL, NULL };
     char error[EX_ERROR_SIZE];
     ex_scene chess;
     int result = 0;
@@ -280,7 +280,7 @@ int bn_sfield_accuracy(const bn_options *options)
     for (int haar = 0; haar < 2 && result == 0; haar++) {
         const ex_mesh *m = &chess.meshes[3];
         const sfield_mesh knight = { m->positions, m->vertex_count, 0, m->indices,
-                                    3 * (size_t)m->triangle_count, NULL };
+                                    3 * (size_t)m->triangle_count, NULL, NULL, NULL };
         result =
             measure(options, "sphere", &sphere, haar) != 0 || measure(options, "knight", &knight, haar) != 0 ? -1 : 0;
     }

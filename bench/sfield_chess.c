@@ -38,7 +38,7 @@ static int build_mesh(chess *c, const sfield_desc *d, uint32_t m)
 {
     const ex_mesh *mesh = &c->scene.meshes[m];
     const sfield_mesh input = { mesh->positions, mesh->vertex_count, 0, mesh->indices,
-                                3 * (size_t)mesh->triangle_count, NULL };
+                                3 * (size_t)mesh->triangle_count, NULL, NULL, NULL };
     bn_points *p = &c->points[m];
     sfield_points receivers;
     if (bn_points_spread(p, mesh, m ? PIECE : BOARD) != 0)

@@ -32,7 +32,8 @@ typedef struct ships {
 
 static sfield_mesh mesh_of(const ex_mesh *m)
 {
-    sfield_mesh mesh = { m->positions, m->vertex_count, 0, m->indices, 3 * (size_t)m->triangle_count, NULL };
+    sfield_mesh mesh = { m->positions, m->vertex_count, 0, m->indices, 3 * (size_t)m->triangle_count,
+                         NULL, NULL, NULL };
     return mesh;
 }
 

@@ -25,7 +25,7 @@ static uint32_t indices[RINGS * SIDES * 6];
 
 static sfield_mesh make_torus(void)
 {
-    sfield_mesh mesh = { positions, RINGS * SIDES, 0, indices, RINGS * SIDES * 6, NULL };
+    sfield_mesh mesh = { positions, RINGS * SIDES, 0, indices, RINGS * SIDES * 6, NULL, NULL, NULL };
     uint32_t i, j, k = 0;
     for (i = 0; i < RINGS; i++)
         for (j = 0; j < SIDES; j++) {

@@ -45,7 +45,7 @@ static float ribbon_height(float x, float z, float time) { return 1.0f + 0.35f *
 
 static envsh_mesh make_ribbon(float time)
 {
-    envsh_mesh mesh = { positions, (ALONG + 1) * (ACROSS + 1), 0, indices, 6 * ALONG * ACROSS, NULL };
+    envsh_mesh mesh = { positions, (ALONG + 1) * (ACROSS + 1), 0, indices, 6 * ALONG * ACROSS, NULL, NULL, NULL };
     uint32_t i, j, n = 0;
     for (i = 0; i <= ALONG; i++)
         for (j = 0; j <= ACROSS; j++) {

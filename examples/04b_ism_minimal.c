@@ -25,7 +25,7 @@ static ism_mesh make_mesh(void)
 {
     static const uint32_t faces[36] = { 0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4,
                                         2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5 };
-    ism_mesh mesh = { corners, 16, 0, triangles, 72, NULL, NULL, NULL };
+    ism_mesh mesh = { corners, 16, 0, triangles, 72, NULL, NULL, NULL, NULL, NULL };
     uint32_t b, i, k;
     for (b = 0; b < 2; b++) {
         for (i = 0; i < 8; i++)

@@ -257,7 +257,7 @@ static ism_result take_half(ism_maps *maps, const ism_frame *frame, const ism_sh
 int main(int count, char **values)
 {
     static float light[3 * SIDE * SIDE], second[3 * SIDE * SIDE], half[3 * SIDE * SIDE];
-    ism_mesh mesh = { corners, CORNERS, 0, NULL, INDICES, triangles, NULL, NULL };
+    ism_mesh mesh = { corners, CORNERS, 0, NULL, INDICES, triangles, NULL, NULL, NULL, NULL };
     ism_source source = { ISM_SOURCE_SURFACE, RSM, RSM, 0, lit_at, 0, lit_normal, 0, lit_flux, 0, NULL, 0, NULL, 0 };
     ism_points points = { 0 };
     ism_frame frame = { &mesh, &source, 1, &points, 0 };

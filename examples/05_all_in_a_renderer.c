@@ -524,7 +524,7 @@ static int make_csm(app *a, ex_pool *pool)
     desc.system.user = pool;
     for (int i = 0; i < KINDS && result == COHSM_OK; i++) {
         const ex_mesh *m = &a->scene.meshes[a->scene.objects[first_of[i]].mesh];
-        cohsm_mesh mesh = { m->positions, m->vertex_count, 0, m->indices, 3 * m->triangle_count, NULL };
+        cohsm_mesh mesh = { m->positions, m->vertex_count, 0, m->indices, 3 * m->triangle_count, NULL, NULL, NULL };
         result = cohsm_build(&desc, &mesh, &maps[i], NULL);
         if (result == COHSM_OK) blocks[i].data = cohsm_data(maps[i], &blocks[i].bytes);
     }
@@ -549,7 +549,7 @@ static sfield_result make_fields(app *a, ex_pool *pool, sfield_field **fields)
     desc.system.user = pool;
     for (int i = 0; i < KINDS && result == SFIELD_OK; i++) {
         const ex_mesh *m = &a->scene.meshes[a->scene.objects[first_of[i]].mesh];
-        sfield_mesh mesh = { m->positions, m->vertex_count, 0, m->indices, 3 * m->triangle_count, NULL };
+        sfield_mesh mesh = { m->positions, m->vertex_count, 0, m->indices, 3 * m->triangle_count, NULL, NULL, NULL };
         result = sfield_build(&desc, &mesh, &fields[i], NULL);
     }
     ball.radius = ball_radius;
@@ -707,7 +707,7 @@ static int see_from_sun(app *a)
 
 static int see_from_sky(app *a)
 {
-    envsh_mesh mesh = { a->positions, a->vertex_count, 0, a->indices, a->cast_indices, NULL };
+    envsh_mesh mesh = { a->positions, a->vertex_count, 0, a->indices, a->cast_indices, NULL, NULL, NULL };
     uint32_t count;
     const envlt_light *sky = envlt_get_lights(a->sky, &count);
     envsh_lights lights = { count, sky->direction, sky->irradiance, sky->axis_u, sky->axis_v, sizeof *sky };
@@ -724,7 +724,7 @@ static int see_from_spot(app *a)
 {
     ism_source source = { ISM_SOURCE_SURFACE, SPOT_SIDE, SPOT_SIDE, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0 };
     ism_points view = { 0 };
-    ism_mesh mesh = { a->positions, a->vertex_count, 0, a->indices, a->cast_indices, NULL, NULL, NULL };
+    ism_mesh mesh = { a->positions, a->vertex_count, 0, a->indices, a->cast_indices, NULL, NULL, NULL, NULL, NULL };
     ism_frame frame = { &mesh, &source, 1, &view, a->frame };
     const rsm_texel *texels;
     rsm_map *map;
@@ -759,7 +759,7 @@ static int see_from_spot(app *a)
 
 static int send_to_ism(app *a)
 {
-    ism_mesh mesh = { a->positions, a->vertex_count, 0, a->indices, a->cast_indices, NULL, NULL, NULL };
+    ism_mesh mesh = { a->positions, a->vertex_count, 0, a->indices, a->cast_indices, NULL, NULL, NULL, NULL, NULL };
     const uint32_t phases = a->ism_maps.desc.lazy_frames;
     ism_info info;
     size_t count;

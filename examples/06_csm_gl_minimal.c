@@ -25,7 +25,7 @@ static uint32_t indices[RINGS * SIDES * 6];
 
 static cohsm_mesh make_torus(void)
 {
-    cohsm_mesh mesh = { positions, RINGS * SIDES, 0, indices, RINGS * SIDES * 6, NULL };
+    cohsm_mesh mesh = { positions, RINGS * SIDES, 0, indices, RINGS * SIDES * 6, NULL, NULL, NULL };
     uint32_t i, j, k = 0;
     for (i = 0; i < RINGS; i++)
         for (j = 0; j < SIDES; j++) {

@@ -81,7 +81,7 @@ static int write_blocks(FILE *out)
                                          { -1, -1, 1 },  { 1, -1, 1 },  { -1, 1, 1 },  { 1, 1, 1 } };
     static const uint32_t indices[36] = { 0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4,
                                           2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5 };
-    const cohsm_mesh box = { corners[0], 8, 0, indices, 36, NULL };
+    const cohsm_mesh box = { corners[0], 8, 0, indices, 36, NULL, NULL, NULL };
     cohsm_desc desc;
     cohsm_maps *maps;
     const void *data;

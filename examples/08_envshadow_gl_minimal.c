@@ -29,7 +29,7 @@ static float positions[CORNERS * 3];
 static envsh_mesh make_torus(void)
 {
     static const int at[6][2] = { { 0, 0 }, { 0, 1 }, { 1, 1 }, { 0, 0 }, { 1, 1 }, { 1, 0 } };
-    envsh_mesh mesh = { positions, CORNERS, 0, NULL, 0, NULL };
+    envsh_mesh mesh = { positions, CORNERS, 0, NULL, 0, NULL, NULL, NULL };
     float *p = positions;
     int i, j, k;
     for (i = 0; i < RINGS; i++)

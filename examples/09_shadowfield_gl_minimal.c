@@ -27,7 +27,7 @@ static sfield_field *make_torus(void)
 {
     static float    positions[RINGS * SIDES * 3];
     static uint32_t indices[RINGS * SIDES * 6];
-    sfield_mesh mesh = { positions, RINGS * SIDES, 0, indices, RINGS * SIDES * 6, NULL };
+    sfield_mesh mesh = { positions, RINGS * SIDES, 0, indices, RINGS * SIDES * 6, NULL, NULL, NULL };
     sfield_desc desc;
     sfield_field *field = NULL;
     uint32_t i, j, k = 0;

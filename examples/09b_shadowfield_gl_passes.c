@@ -69,7 +69,7 @@ static void make_bowl(void)
 /* The field of what the bowl hides of others, and for each of its vertices what it hides of itself. */
 static sfield_field *build_bowl(void)
 {
-    const sfield_mesh mesh = { bowl[0].position, CORNERS, sizeof *bowl, bowl_indices, CORNERS * 6, NULL };
+    const sfield_mesh mesh = { bowl[0].position, CORNERS, sizeof *bowl, bowl_indices, CORNERS * 6, NULL, NULL, NULL };
     static float coefs[CORNERS][COEFS];
     sfield_desc desc;
     sfield_points points;

@@ -30,7 +30,7 @@ static ism_mesh make_mesh(float time)
 {
     static const uint32_t faces[36] = { 0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4,
                                         2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5 };
-    ism_mesh mesh = { corners, 16, 0, triangles, 72, NULL, NULL, NULL };
+    ism_mesh mesh = { corners, 16, 0, triangles, 72, NULL, NULL, NULL, NULL, NULL };
     uint32_t b, i, k;
     boxes[1][0][0] = -0.8f + sinf(time);
     boxes[1][1][0] = 0.8f + sinf(time);
@@ -210,7 +210,7 @@ int main(int count, char **values)
     ism_desc sizes = { 0 };
     glbk_source source = { NULL, fragment, NULL, "ism_light", "ISM_NEAR=6 ISM_PROJECTION=1", NULL,
                            { glbk_ism_part() }, { { 0, 0 } } };
-    ism_mesh mesh = { corners, 16, 0, triangles, 72, NULL, NULL, NULL };
+    ism_mesh mesh = { corners, 16, 0, triangles, 72, NULL, NULL, NULL, NULL, NULL };
     glbk_desc desc = { 0 };
     glbk_context gl;
     glbk_ism_maps maps;

@@ -141,7 +141,7 @@ static int frame(app *a, float time)
 {
     static const float eye[3] = { 0, 1, 4.4f },
                        view[16] = { 2, 0, 0, 0, 0, 2.667f, 0, 0, 0, 0, -1.02f, -1, 0, -2.667f, 4.286f, 4.4f };
-    const ism_mesh mesh = { corners[0][0], 4 * QUADS, 0, triangles[0], 6 * QUADS, NULL, NULL, NULL };
+    const ism_mesh mesh = { corners[0][0], 4 * QUADS, 0, triangles[0], 6 * QUADS, NULL, NULL, NULL, NULL, NULL };
     const glbk_rsm_map *lit = &a->map;
     ism_shading shading = { 0 };
     glbk_pass pass = { 0 };

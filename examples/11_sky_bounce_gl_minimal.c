@@ -148,7 +148,7 @@ static void draw_reflectors(void *user, glbk_context *gl, glbk_rsm_renderer *r)
 /* The maps of the sky, then that of the sun and its list of lights. */
 static glbk_result make_light(app *a)
 {
-    const envsh_mesh mesh = { positions[0], CORNERS, 0, NULL, 0, NULL };
+    const envsh_mesh mesh = { positions[0], CORNERS, 0, NULL, 0, NULL, NULL, NULL };
     const envsh_view *views;
     uint32_t count;
     const envlt_light *list = envlt_get_lights(a->lights, &count);

@@ -310,8 +310,8 @@ static glbk_result light_of_sky(app *a)
 {
     static const float unit[16] = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 };
     envsh_mesh casters[2] = {
-        { vertices[0].position, RING_VERTICES, sizeof *vertices, NULL, 0, NULL },
-        { vertices[RING_VERTICES].position, 12, sizeof *vertices, NULL, 0, NULL }
+        { vertices[0].position, RING_VERTICES, sizeof *vertices, NULL, 0, NULL, NULL, NULL },
+        { vertices[RING_VERTICES].position, 12, sizeof *vertices, NULL, 0, NULL, NULL, NULL }
     };
     uint32_t count;
     const envlt_light *list = envlt_get_lights(a->sky, &count);
@@ -543,7 +543,8 @@ static int make_renderer(app *a)
 
 static glbk_result make_lamp(app *a)
 {
-    cohsm_mesh mesh = { vertices[0].position, RING_VERTICES, sizeof *vertices, indices, RING_INDICES, NULL };
+    cohsm_mesh mesh = { vertices[0].position, RING_VERTICES, sizeof *vertices, indices, RING_INDICES,
+                        NULL, NULL, NULL };
     glbk_csm_renderer_desc size = { WIDTH, HEIGHT, 0, 0 };
     glbk_csm_lights_desc lights = { 0 };
     glbk_csm_frame_desc first;

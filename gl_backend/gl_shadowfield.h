@@ -387,7 +387,8 @@ typedef struct glbk_sfield_builder glbk_sfield_builder; /* see below */
 typedef struct glbk_sfield_builder_desc {
     const sfield_desc  *field;      /* the desc that sfield_build_views gets: its basis, bands and cube_side
                                        tell the projection. NULL = all defaults */
-    const sfield_mesh  *mesh;       /* the object in the field's space; NULL = draw_fn draws it */
+    const sfield_mesh  *mesh;       /* the object in the field's space, without a mask; NULL = draw_fn draws
+                                       the object */
     int                 source;     /* not 0: radiance is built, else alpha */
     const float        *radiance;   /* sources: r, g, b of each triangle of mesh, 0..1e18, which is one frame;
                                        draw_fn draws others */
@@ -402,7 +403,8 @@ GLBK_DEF glbk_result glbk_sfield_builder_create(glbk_context *ctx, const glbk_sf
 /* Makes a builder for one object.
    Memory   on the GPU 4 MB (sources 20), cubes of a batch, the mesh, and bands^2 x 24 side^2 bytes; here the
             numbers that are read back of a batch, and while the call runs the mesh or the basis
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or a pointer, count or stride of the mesh is out of range.
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, a pointer, count or stride of the mesh is out of range, or
+            the mesh has a mask.
             GLBK_ERR_DESC: a field is out of range. GLBK_ERR_INPUT: an index of the mesh or radiance is out of
             range, or no triangle can be used. GLBK_ERR_LIMIT: the mesh is too large. GLBK_ERR_ALLOC. Those of
             textures and glbk_program_compile */
@@ -3010,6 +3012,9 @@ static glbk_result glbk__sfield_check_mesh(const glbk_context *ctx, const char *
     if (m->indices && m->indices16)
         return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "mesh.indices",
                             "and mesh.indices16 are both given");
+    if (m->mask_fn)
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "mesh.mask_fn",
+                            "is set: the GPU cannot call it, and draw_fn draws masks");
     if (!glbk_sfield__stride_valid(m->vertex_stride, 12))
         return glbk__refuse_value(ctx, GLBK_ERR_ARGUMENT, function, "mesh.vertex_stride",
                                   (double)m->vertex_stride, "0, or a multiple of 4 of at least 12");

@@ -60,7 +60,7 @@ static int build_kind(int kind)
     const ex_mesh *from = mesh_of(kind);
     uint32_t *cells = malloc(from->vertex_count * sizeof *cells);
     uint32_t *indices = malloc(3 * from->triangle_count * sizeof *indices);
-    sfield_mesh mesh = { from->positions, from->vertex_count, 0, indices, 0, NULL };
+    sfield_mesh mesh = { from->positions, from->vertex_count, 0, indices, 0, NULL, NULL, NULL };
     sfield_desc desc;
     int failed = !cells || !indices;
     memset(&desc, 0, sizeof desc);

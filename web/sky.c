@@ -143,7 +143,7 @@ static int place_lights(float turn, char *error)
     for (uint32_t i = 0; i < scene->object_count; i++) {
         const ex_mesh *mesh = &scene->meshes[scene->objects[i].mesh];
         const size_t corners = 3 * (size_t)mesh->triangle_count;
-        const envsh_mesh caster = { mesh->positions, mesh->vertex_count, 0, mesh->indices, corners, NULL };
+        const envsh_mesh caster = { mesh->positions, mesh->vertex_count, 0, mesh->indices, corners, NULL, NULL, NULL };
         envsh_bounds one;
         if (scene->objects[i].receiver_only) continue;
         one = envsh_bounds_of(&caster, 1, scene->objects[i].transform);

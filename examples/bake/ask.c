@@ -234,7 +234,8 @@ static int build_maps(bk_ask *ask, char *error)
         d.system.log = ex_pool_log;
         d.system.user = ask->pool;
         if (soup_of(ask, &c->object, 1, c->shared ? identity : NULL, &soup) == 0 && soup.triangles) {
-            const cohsm_mesh mesh = { soup.positions, soup.vertices, 0, soup.indices, 3 * soup.triangles, NULL };
+            const cohsm_mesh mesh = { soup.positions, soup.vertices, 0, soup.indices, 3 * soup.triangles,
+                                      NULL, NULL, NULL };
             result = cohsm_build(&d, &mesh, &c->maps, NULL);
         } else if (soup.indices) result = COHSM_ERR_INPUT;
         soup_free(&soup);

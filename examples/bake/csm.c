@@ -88,7 +88,7 @@ static cohsm_desc desc_of(const rd_settings *settings, const bk_mesh *mesh, ex_p
 
 static cohsm_mesh mesh_of(const bk_mesh *m)
 {
-    cohsm_mesh mesh = { m->positions, m->vertices, 0, m->indices, 3 * m->triangles, NULL };
+    cohsm_mesh mesh = { m->positions, m->vertices, 0, m->indices, 3 * m->triangles, NULL, NULL, NULL };
     return mesh;
 }
 

@@ -121,7 +121,7 @@ static int bytes_of(sfield_field *field, void **data, size_t *size, char *error)
 static sfield_result build_self(const rd_settings *settings, const bk_mesh *mesh, const sfield_desc *d,
                                 sfield_field **field, char *error)
 {
-    const sfield_mesh m = { mesh->positions, mesh->vertices, 0, mesh->indices, 3 * mesh->triangles, NULL };
+    const sfield_mesh m = { mesh->positions, mesh->vertices, 0, mesh->indices, 3 * mesh->triangles, NULL, NULL, NULL };
     sfield_result result;
     bk_points p;
     if (bk_points_of(&p, mesh, (float)rd_setting_number(settings, "point_spacing"), error) != 0)
@@ -137,8 +137,8 @@ static int bake(const rd_settings *settings, const bk_mesh *mesh, uint32_t from,
                 void **data, size_t *size, char *error)
 {
     sfield_desc d = desc_of(settings, pool);
-    const sfield_mesh m = { mesh->positions, mesh->vertices, 0, mesh->indices, 3 * mesh->triangles, NULL };
-    const sfield_mesh lit = { mesh->positions, mesh->vertices, 0, mesh->lit, 3 * mesh->lit_count, NULL };
+    const sfield_mesh m = { mesh->positions, mesh->vertices, 0, mesh->indices, 3 * mesh->triangles, NULL, NULL, NULL };
+    const sfield_mesh lit = { mesh->positions, mesh->vertices, 0, mesh->lit, 3 * mesh->lit_count, NULL, NULL, NULL };
     sfield_field *field;
     sfield_result result;
     if (from != 0 || to != units_of(settings)) {

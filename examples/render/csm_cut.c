@@ -23,6 +23,13 @@ int cs_has_holes(const ex_scene *scene, const ex_object *object)
     return 0;
 }
 
+int cs_is_there(void *masked, uint32_t triangle, const float weights[3])
+{
+    const cs_masked *m = masked;
+    float colour[3];
+    return ex_surface_color(m->scene, m->object, triangle, weights, colour);
+}
+
 /* Cells along an edge, so that one is a texel or smaller. */
 static uint32_t cells_of(const ex_scene *scene, const ex_object *object, uint32_t triangle, double share)
 {

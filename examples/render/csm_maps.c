@@ -161,13 +161,14 @@ static int build(cohsm_maps **out, cs_state *state, const rd_job *job, const coh
 
 static cohsm_mesh mesh_of(const ex_mesh *mesh)
 {
-    cohsm_mesh m = { mesh->positions, mesh->vertex_count, 0, mesh->indices, 3 * (size_t)mesh->triangle_count, NULL };
+    cohsm_mesh m = { mesh->positions, mesh->vertex_count, 0, mesh->indices, 3 * (size_t)mesh->triangle_count,
+                     NULL, NULL, NULL };
     return m;
 }
 
 static cohsm_mesh mesh_of_soup(const cs_soup *s)
 {
-    cohsm_mesh m = { s->positions, s->vertices, 0, s->indices, 3 * s->triangles, NULL };
+    cohsm_mesh m = { s->positions, s->vertices, 0, s->indices, 3 * s->triangles, NULL, NULL, NULL };
     return m;
 }
 
@@ -281,6 +282,7 @@ static int build_object(cs_casters *c, cs_state *state, const rd_job *job, uint3
         to_object(similar ? o->transform : identity, direction, location);
     maps = similar ? find_maps(c, scene, object, direction ? location : NULL) : NULL;
     if (!maps) {
+        cs_masked masked = { scene, o };
         cohsm_mesh mesh = mesh_of(source);
         cohsm_maps *made = NULL;
         cs_soup moved = { NULL, NULL, NULL, 0, 0 };
@@ -291,12 +293,16 @@ static int build_object(cs_casters *c, cs_state *state, const rd_job *job, uint3
             domain.locations = location;
             domain.location_count = 1;
         }
-        if (!similar || cs_has_holes(scene, o)) {
+        if (similar && cs_has_holes(scene, o)) {
+            mesh.mask_fn = cs_is_there;
+            mesh.user = &masked;
+        }
+        if (!similar) {
             size_t vertices = 0, triangles = 0;
             cs_soup_count(scene, o, &vertices, &triangles);
             if (soup_alloc(&moved, vertices, triangles, error) != 0)
                 return -1;
-            cs_soup_add(&moved, scene, o, similar ? identity : o->transform, 0);
+            cs_soup_add(&moved, scene, o, o->transform, 0);
             mesh = mesh_of_soup(&moved);
         }
         result = build(&made, state, job, &domain, direction ? state->options.hard_size : state->options.map_side,

@@ -103,6 +103,10 @@ int  cs_planes_build(cs_plane **planes, size_t *count, const ex_scene *scene, ch
 
 /* csm_cut.c: adds to what count found, without the holes of alpha masks; dark: without emissive triangles */
 int  cs_has_holes(const ex_scene *scene, const ex_object *object);
+
+/* The same holes as they are: a mask_fn of csm.h and envshadow.h, whose `user` is a cs_masked. */
+typedef struct cs_masked { const ex_scene *scene; const ex_object *object; } cs_masked;
+int  cs_is_there(void *masked, uint32_t triangle, const float weights[3]);
 void cs_soup_count(const ex_scene *scene, const ex_object *object, size_t *vertices, size_t *triangles);
 void cs_soup_add(cs_soup *soup, const ex_scene *scene, const ex_object *object, const float *transform, int dark);
 

@@ -356,7 +356,7 @@ static int open_envshadow(void **out, const rd_job *job, char *error)
     if (!s)
         return es_refuse("out of memory", error);
     if (build_lights(s, job, error) == 0 && create_maps(s, job, error) == 0 &&
-        es_casters_build(s, job->scene, error) == 0 && (!job->gl || es_gl_open(s, job, error) == 0)) {
+        es_casters_build(s, job->scene, job->gl != NULL, error) == 0 && (!job->gl || es_gl_open(s, job, error) == 0)) {
         read_query(s, job);
         *out = s;
         return 0;
@@ -369,7 +369,7 @@ static int open_envshadow(void **out, const rd_job *job, char *error)
 static int update_envshadow(void *opaque, const rd_job *job, char *error)
 {
     es_state *s = opaque;
-    if (check_lights(job, error) != 0 || es_casters_build(s, job->scene, error) != 0)
+    if (check_lights(job, error) != 0 || es_casters_build(s, job->scene, job->gl != NULL, error) != 0)
         return -1;
     return s->gl ? es_gl_update(s, error) : 0;
 }

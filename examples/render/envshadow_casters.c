@@ -32,10 +32,11 @@ static int cut_holes(es_caster *c, const ex_scene *scene, const ex_object *objec
     c->mesh.vertex_count = soup.vertices;
     c->mesh.indices = soup.indices;
     c->mesh.index_count = 3 * soup.triangles;
+    c->mesh.mask_fn = NULL;
     return 0;
 }
 
-int es_casters_build(es_state *s, const ex_scene *scene, char *error)
+int es_casters_build(es_state *s, const ex_scene *scene, int cut, char *error)
 {
     es_casters_free(s);
     s->casters = calloc((size_t)scene->object_count + 1, sizeof *s->casters);
@@ -47,12 +48,18 @@ int es_casters_build(es_state *s, const ex_scene *scene, char *error)
         const ex_mesh *mesh = &scene->meshes[object->mesh];
         es_caster *c = &s->casters[i];
         envsh_mesh m = { mesh->positions, mesh->vertex_count, 0, mesh->indices, 3 * (size_t)mesh->triangle_count,
-                         NULL };
+                         NULL, NULL, NULL };
         c->mesh = m;
         c->transform = object->transform;
         c->moves = mesh->deforms;
         c->receiver_only = object->receiver_only;
-        if (cs_has_holes(scene, object) && cut_holes(c, scene, object, error) != 0)
+        if (!cs_has_holes(scene, object))
+            continue;
+        c->masked.scene = scene;
+        c->masked.object = object;
+        c->mesh.mask_fn = cs_is_there;
+        c->mesh.user = &c->masked;
+        if (cut && cut_holes(c, scene, object, error) != 0)
             return -1;
     }
     return 0;

@@ -6,6 +6,7 @@
 #include "envlights.h"
 #include "envshadow.h"
 #include "technique.h"
+#include "csm_parts.h"
 
 /* What the header has asked for; it asks from one thread only. */
 typedef struct es_memory { size_t now, peak; } es_memory;
@@ -16,6 +17,7 @@ typedef struct es_caster {
     const float *transform;
     float       *positions;      /* its own where there are holes, else NULL */
     uint32_t    *indices;
+    cs_masked    masked;         /* what the mesh's mask_fn is given */
     int          moves, receiver_only;
 } es_caster;
 
@@ -51,7 +53,8 @@ int es_failed(const char *what, const char *why, char *error);
 int es_refuse(const char *why, char *error);
 
 /* envshadow_casters.c */
-int          es_casters_build(es_state *s, const ex_scene *scene, char *error);    /* anew, after each change */
+/* Anew, after each change. cut: not 0 where holes are cut out of the meshes, as the GPU draws triangles as they are. */
+int          es_casters_build(es_state *s, const ex_scene *scene, int cut, char *error);
 void         es_casters_free(es_state *s);
 envsh_bounds es_casters_bounds(const es_state *s);      /* without those that only receive */
 envsh_result es_casters_draw(const es_state *s, envsh_maps *maps);

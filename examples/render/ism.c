@@ -401,6 +401,8 @@ static const rd_key keys[] = {
     { "unstable", RD_WORD, "0|1", 0, 0, "0", "1: VPLs and surfels take new random numbers in every frame" },
     { "no_inter_texel", RD_WORD, "0|1", 0, 0, "0", "1: VPLs lie at texel centres, not between them" },
     { "no_fill", RD_WORD, "0|1", 0, 0, "0", "1: holes of maps stay open, without pull and push" },
+    { "mask", RD_WORD, "points|share", 0, 0, "points",
+      "cut-outs: surfels in holes are none; share: a triangle is drawn for its share of the VPLs" },
     { "vary_surfels", RD_WORD, "0|1", 0, 0, "0", "1: weak VPLs take fewer surfels" },
     { "no_maps", RD_WORD, "0|1", 0, 0, "0", "1: VPLs shine through everything" },
     { "cull", RD_WORD, "0|1", 0, 0, "0", "1: skip VPLs that face away from blocks of pixels" },

@@ -132,7 +132,7 @@ static int add_emitters(area_points *p, const rd_job *job, uint32_t count, char 
     size_t triangles = 0;
     float *corners = malloc((18 * job->emitter_count + 1) * sizeof *corners);
     float *radiances = malloc((6 * job->emitter_count + 1) * sizeof *radiances);
-    ism_mesh mesh = { NULL, 0, 0, NULL, 0, NULL, NULL, NULL };
+    ism_mesh mesh = { NULL, 0, 0, NULL, 0, NULL, NULL, NULL, NULL, NULL };
     ism_result result = ISM_ERR_ALLOC;
     if (corners && radiances && grow_points(p, count) == 0) {
         for (size_t i = 0; i < job->emitter_count; i++) {

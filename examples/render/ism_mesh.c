@@ -12,6 +12,7 @@ void im_mesh_free(im_mesh *m)
     free(m->indices);
     free(m->albedos);
     free(m->opacities);
+    free(m->origins);
     memset(m, 0, sizeof *m);
 }
 
@@ -38,6 +39,27 @@ static void triangle_color(const ex_scene *scene, const ex_object *object, uint3
     *opacity = material->alpha_cutoff > 0 ? there / (float)count : 1;
 }
 
+static int is_there(void *user, uint32_t triangle, const float weights[3])
+{
+    const im_masked *masked = user;
+    const im_origin *from = &masked->origins[triangle];
+    float albedo[3];
+    return !from->object || ex_surface_color(masked->scene, from->object, from->triangle, weights, albedo);
+}
+
+/* How holes of alpha masks are told to ism.h: point by point, or as the share of a triangle that is there. */
+static void set_mask(im_mesh *m, const rd_job *job)
+{
+    if (rd_setting_is(job->settings, "mask", "share")) {
+        m->mesh.opacities = m->opacities;
+        return;
+    }
+    m->mesh.mask_fn = is_there;
+    m->mesh.user = &m->masked;
+    m->masked.scene = m->masked_casters.scene = job->scene;
+    m->masked.origins = m->masked_casters.origins = m->origins;
+}
+
 static void add_object(im_mesh *m, const ex_scene *scene, const ex_object *object, size_t vertex, size_t triangle)
 {
     const ex_mesh *mesh = &scene->meshes[object->mesh];
@@ -51,6 +73,10 @@ static void add_object(im_mesh *m, const ex_scene *scene, const ex_object *objec
         m->indices[3 * triangle + i] = (uint32_t)vertex + mesh->indices[i];
     for (uint32_t i = 0; i < mesh->triangle_count; i++)
         triangle_color(scene, object, i, m->albedos + 3 * (triangle + i), m->opacities + triangle + i);
+    for (uint32_t i = 0; m->origins && i < mesh->triangle_count; i++) {
+        m->origins[triangle + i].object = object;
+        m->origins[triangle + i].triangle = i;
+    }
 }
 
 /* Ground, or all but that. */
@@ -96,25 +122,31 @@ int im_mesh_build(im_mesh *m, const rd_job *job, char *error)
     m->indices = malloc(3 * triangles * sizeof *m->indices);
     m->albedos = malloc(3 * triangles * sizeof *m->albedos);
     m->opacities = malloc(triangles * sizeof *m->opacities);
-    if (!m->positions || !m->indices || !m->albedos || !m->opacities || vertices > UINT32_MAX) {
+    if (cutouts)
+        m->origins = calloc(triangles, sizeof *m->origins);
+    if (!m->positions || !m->indices || !m->albedos || !m->opacities || (cutouts && !m->origins) ||
+        vertices > UINT32_MAX) {
         im_mesh_free(m);
         return im_out_of_memory(error);
     }
     m->mesh.positions = m->positions;
     m->mesh.indices = m->indices;
     m->mesh.albedos = m->albedos;
-    m->mesh.opacities = cutouts ? m->opacities : NULL;
+    if (cutouts)
+        set_mask(m, job);
     if (ground)
         add_near_ground(m, corners);
     add_objects(m, scene, ground, 0);
     m->casters = m->mesh;
+    m->casters.user = m->mesh.user ? &m->masked_casters : NULL;
     add_objects(m, scene, ground, 1);
     if (ground) {                                /* without the two triangles; their corners stay */
         m->mesh.indices += 6;
         m->mesh.index_count -= 6;
         m->mesh.albedos += 6;
-        if (cutouts)
+        if (m->mesh.opacities)
             m->mesh.opacities += 2;
+        m->masked.origins += m->origins ? 2 : 0;
     }
     return 0;
 }

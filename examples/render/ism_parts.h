@@ -44,10 +44,15 @@ void im_emission_free(im_rsms *emission);
 
 /* The scene as one mesh in world space, with an albedo and an opacity for each triangle. casters: with the ground only
    where it is near. Maps of directions cover their mesh: with all the ground, the rest would be a texel of them. */
+typedef struct im_origin { const ex_object *object; uint32_t triangle; } im_origin;   /* of a triangle; NULL: ground */
+typedef struct im_masked { const ex_scene *scene; const im_origin *origins; } im_masked;
+
 typedef struct im_mesh {
     ism_mesh mesh, casters;
     float *positions, *albedos, *opacities;
     uint32_t *indices;
+    im_origin *origins;                          /* where masks cut holes */
+    im_masked masked, masked_casters;            /* what mask_fn of the two is given */
 } im_mesh;
 
 int  im_mesh_build(im_mesh *out, const rd_job *job, char *error);

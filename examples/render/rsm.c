@@ -70,10 +70,17 @@ static void close_rsm(void *opaque)
 
 typedef struct surface { const ex_scene *scene; const ex_object *object; } surface;
 
-static int surface_color(void *user, const rsm_mesh *mesh, uint32_t triangle, const float weights[3], float albedo[3])
+static void surface_color(void *user, const rsm_mesh *mesh, uint32_t triangle, const float weights[3], float albedo[3])
 {
     const surface *s = user;
     (void)mesh;
+    ex_surface_color(s->scene, s->object, triangle, weights, albedo);
+}
+
+static int is_there(void *user, uint32_t triangle, const float weights[3])
+{
+    const surface *s = user;
+    float albedo[3];
     return ex_surface_color(s->scene, s->object, triangle, weights, albedo);
 }
 
@@ -103,7 +110,7 @@ static rsm_mesh *convert_scene(const ex_scene *scene, surface **surfaces)
         m->transform = object->transform;
         m->surface_fn = surface_color;
         m->user = &(*surfaces)[i];
-        m->has_holes = holes;
+        m->mask_fn = holes ? is_there : NULL;
         m->tap_side = scene->texture_count ? 4 : 1;
     }
     return meshes;

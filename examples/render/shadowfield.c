@@ -99,7 +99,8 @@ static int build_field(const rd_job *job, const sfield_desc *d, const sfield_mes
 
 static sfield_mesh mesh_of(const ex_mesh *m)
 {
-    sfield_mesh mesh = { m->positions, m->vertex_count, 0, m->indices, 3 * (size_t)m->triangle_count, NULL };
+    sfield_mesh mesh = { m->positions, m->vertex_count, 0, m->indices, 3 * (size_t)m->triangle_count,
+                         NULL, NULL, NULL };
     return mesh;
 }
 
@@ -275,7 +276,7 @@ static int build_glow(sf_state *s, const rd_job *job, size_t j, sf_glow *glow, c
     const int side = rd_setting_integer(job->settings, "source_position_side");
     const int shells = rd_setting_integer(job->settings, "source_shell_count");
     sfield_desc d = desc_of(job, s->basis);
-    sfield_mesh mesh = { m->positions, m->vertex_count, 0, glow->indices, 3 * (size_t)glow->count, NULL };
+    sfield_mesh mesh = { m->positions, m->vertex_count, 0, glow->indices, 3 * (size_t)glow->count, NULL, NULL, NULL };
     sfield_field *field;
     d.position_side = side ? (uint32_t)side : d.position_side;
     d.shell_count = shells ? (uint32_t)shells : d.shell_count;

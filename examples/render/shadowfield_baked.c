@@ -116,7 +116,8 @@ static int alike(const sfield_info *info, const float *a, const float *b, size_t
 /* Does it shine as the object does now? Asked from the corners of its last shell; the corners alone are built here. */
 static int shines_so(const sfield_field *field, const sfield_info *info, const ex_mesh *mesh, const sf_glow *glow)
 {
-    const sfield_mesh m = { mesh->positions, mesh->vertex_count, 0, glow->indices, 3 * (size_t)glow->count, NULL };
+    const sfield_mesh m = { mesh->positions, mesh->vertex_count, 0, glow->indices, 3 * (size_t)glow->count,
+                            NULL, NULL, NULL };
     const size_t vector =
         info->basis == SFIELD_BASIS_SH ? info->bands * info->bands : 6u * info->cube_side * info->cube_side;
     const float d = info->outer * info->radius / sqrtf(3.0f);
@@ -207,7 +208,7 @@ sfield_field *sf_baked_self(sf_baked *b, const sfield_desc *desc, const ex_mesh 
                             float offset)
 {
     const sfield_mesh m = { mesh->positions, mesh->vertex_count, 0, mesh->indices,
-                           3 * (size_t)mesh->triangle_count, NULL };
+                           3 * (size_t)mesh->triangle_count, NULL, NULL, NULL };
     for (size_t i = 0; i < b->count; i++) {
         sfield_info info;
         sfield_get_info(b->field[i], &info);

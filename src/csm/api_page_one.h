@@ -40,9 +40,9 @@ COHSM_DEF cohsm_result cohsm_build(const struct cohsm_desc *desc, const struct c
             COHSM_ERR_ALLOC, COHSM_ERR_CANCELLED
    Cost     Time grows with maps x (triangles + pixels). The memory needed is the sum of these, for N maps of
             M pixels a side, of which a shard has n pixels (M^2 without shards): at most 100 bytes a triangle
-            at first, then 40; 32 views of 4 M^2 bytes (Z1Z2) or 8 M^2; 80 n; 4 N (20 N with locations);
-            16 bytes a segment of the last 65,536 maps; and twice the block. For COHSM_LAYOUT_FAST the trays
-            come on top, and while they are made what cohsm_open_as says */
+            at first, then 40 (44 with a mask); 32 views of 4 M^2 bytes (Z1Z2) or 8 M^2; 80 n; 4 N (20 N with
+            locations); 16 bytes a segment of the last 65,536 maps; and twice the block. For
+            COHSM_LAYOUT_FAST the trays come on top, and while they are made what cohsm_open_as says */
 #endif
 
 COHSM_DEF cohsm_result cohsm_visible(const cohsm_maps *maps, const struct cohsm_query *query, float *visible,
@@ -108,6 +108,11 @@ typedef struct cohsm_system {       /* all zero: malloc and free, this thread al
 /* ---- structs of page one ---- */
 
 #ifndef COHSM_WITHOUT_BUILD
+typedef int (*cohsm_mask_fn)(void *user, uint32_t triangle, const float weights[3]);
+/* A function of yours that says whether a triangle is there: not 0, or 0 in a hole of its alpha mask. The
+   weights of the triangle's corners, which add up to 1, say at which point. parallel_for's threads call the
+   function. */
+
 typedef struct cohsm_mesh {
     const float    *positions;      /* x, y, z of each vertex */
     size_t          vertex_count;
@@ -115,6 +120,10 @@ typedef struct cohsm_mesh {
     const uint32_t *indices;        /* three to a triangle; NULL = indices16, or else 0, 1, 2, ... */
     size_t          index_count;    /* a multiple of 3 (ignored without indices: vertex_count is used) */
     const uint16_t *indices16;      /* in place of indices; not both */
+    cohsm_mask_fn   mask_fn;        /* holes of an alpha mask, asked for at centres of pixels; NULL = none. A
+                                       mesh with a mask is drawn without vectors, and of triangles with the
+                                       same corners the first one's mask counts */
+    void           *user;           /* given to mask_fn */
 } cohsm_mesh;
 #endif
 

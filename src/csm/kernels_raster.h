@@ -171,7 +171,7 @@ static inline COHSM__IN_KERNEL void cohsm__draw_alone(const cohsm__target *t, co
         c[k].y = q->y[k][at];
         c[k].z = q->z[k][at];
     }
-    cohsm__fill_triangle(t, cam, c, c + 1, c + 2);
+    cohsm__fill_triangle(t, cam, NULL, c, c + 1, c + 2);
 }
 
 /* Draws the triangles of the queue from number at on, as many as there are lanes or are left. */

@@ -29,7 +29,7 @@
            static const float corners[] = { -1, 0, -1,  1, 0, -1,  1, 0, 1,  -1, 0, 1 };    // a square
            static const uint32_t triangles[] = { 0, 2, 1,  0, 3, 2 };
            const float point[3] = { 0.0f, -0.5f, 0.0f }, sideways[3] = { 1, 0, 0 }, up[3] = { 0, 1, 0 };
-           cohsm_mesh mesh = { corners, 4, 0, triangles, 6, NULL };
+           cohsm_mesh mesh = { corners, 4, 0, triangles, 6, NULL, NULL, NULL };
            static cohsm_query query;                                 // static: all zero, the defaults
            cohsm_maps *maps;
            float lit[2];

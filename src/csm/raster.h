@@ -13,6 +13,8 @@ typedef struct cohsm__soup {            /* triangles in units of the bounding sp
     float   *bounds;                    /* boxes of the clusters in groups of 8: x of the middles of all
                                            eight, then y, z, and in the same way their half sides. After
                                            them come, in groups of 8 too, boxes that each hold 8 clusters */
+    const cohsm_mesh *masked;           /* the mesh, if it has a mask; else NULL */
+    uint32_t *source;                   /* then the number of each triangle in the mesh */
     uint32_t clusters, triangles;
 } cohsm__soup;
 
@@ -62,6 +64,24 @@ static uint16_t cohsm__depth16(float z)
     return (uint16_t)(s > 0.0f ? s < (float)COHSM__HIT_MAX ? (int)s : COHSM__HIT_MAX : 0);
 }
 
+/* The mask of the triangle that is drawn. Of its corners there are x and y on the image, whose halves are 1
+   wide, and w: x and y are not divided by it. */
+typedef struct cohsm__mask {
+    const cohsm_mesh *mesh;
+    uint32_t          triangle;
+    double            corners[9];
+} cohsm__mask;
+
+/* Says whether the mask has a hole at the centre of pixel x, y of an image of this size. */
+static int cohsm__is_hole(const cohsm__mask *mask, int x, int y, int size)
+{
+    double scale = 2.0 / (double)size;
+    float weights[3];
+    cohsm__mask_weights(mask->corners, ((double)x + 0.5) * scale - 1.0, ((double)y + 0.5) * scale - 1.0,
+                        weights);
+    return !mask->mesh->mask_fn(mask->mesh->user, mask->triangle, weights);
+}
+
 /* A corner on the image plane: fixed-point position, and depth or 1/w. */
 typedef struct cohsm__corner { int32_t x, y; float z; } cohsm__corner;
 
@@ -104,9 +124,9 @@ static int cohsm__samples_in_box(const cohsm__target *t, const cohsm__corner *p0
     return s->x0 <= s->x1 && s->y0 <= s->y1;
 }
 
-/* Enters the depths of a triangle, sample by sample. */
-static void cohsm__fill_triangle(const cohsm__target *t, const cohsm__camera *cam, const cohsm__corner *p0,
-                                 const cohsm__corner *p1, const cohsm__corner *p2)
+/* Enters the depths of a triangle, sample by sample. mask: NULL = none */
+static void cohsm__fill_triangle(const cohsm__target *t, const cohsm__camera *cam, const cohsm__mask *mask,
+                                 const cohsm__corner *p0, const cohsm__corner *p1, const cohsm__corner *p2)
 {
     int64_t area = (int64_t)(p1->x - p0->x) * (p2->y - p0->y) - (int64_t)(p1->y - p0->y) * (p2->x - p0->x);
     int64_t w0, w1, w2;
@@ -137,7 +157,7 @@ static void cohsm__fill_triangle(const cohsm__target *t, const cohsm__camera *ca
         w1 = s1;
         w2 = s2;
         for (x = box.x0; x <= box.x1; x++) {
-            if (w0 >= e0 && w1 >= e1 && w2 >= e2) {
+            if (w0 >= e0 && w1 >= e1 && w2 >= e2 && !(mask && cohsm__is_hole(mask, x, y, t->size))) {
                 z = ((float)w0 * p0->z + (float)w1 * p1->z + (float)w2 * p2->z) * scale;
                 if (cam->perspective) z = cam->depth_scale / z;
                 cohsm__insert_depth(t->z + (size_t)t->keep * (size_t)(y * t->size + x), t->keep,

@@ -59,9 +59,29 @@ static cohsm__corner cohsm__project_corner(const cohsm__clip *c, int size)
     return p;
 }
 
-static void cohsm__raster_perspective(const cohsm__target *t, const cohsm__camera *cam, const float *v,
-                                      uint32_t lane)
+/* Begins the mask of triangle `lane` of a cluster. Returns NULL if the mesh has none. */
+static cohsm__mask *cohsm__mask_begin(const cohsm__soup *soup, uint32_t cluster, uint32_t lane,
+                                      cohsm__mask *mask)
 {
+    uint32_t number = cluster * COHSM__CLUSTER + lane;
+    if (!soup->masked || number >= soup->triangles) return NULL;
+    mask->mesh = soup->masked;
+    mask->triangle = soup->source[number];
+    return mask;
+}
+
+static void cohsm__mask_corner(cohsm__mask *mask, int corner, float x, float y, float w)
+{
+    mask->corners[3 * corner] = (double)x;
+    mask->corners[3 * corner + 1] = (double)y;
+    mask->corners[3 * corner + 2] = (double)w;
+}
+
+static void cohsm__raster_perspective(const cohsm__target *t, const cohsm__camera *cam,
+                                      const cohsm__soup *soup, uint32_t cluster, uint32_t lane)
+{
+    const float *v = cohsm__cluster(soup, cluster);
+    cohsm__mask storage, *mask = cohsm__mask_begin(soup, cluster, lane, &storage);
     cohsm__clip p[10];
     cohsm__corner c0, c1, c2;
     int k, n = 3, behind = 0;
@@ -71,6 +91,7 @@ static void cohsm__raster_perspective(const cohsm__target *t, const cohsm__camer
     for (k = 0; k < 3; k++, v += 3 * COHSM__CLUSTER) {
         cohsm__v3 q = cohsm__v3_sub(cohsm__v3_make(v[lane], v[16 + lane], v[32 + lane]), cam->eye);
         cohsm__face_coordinates(cam->face, q, &p[k].x, &p[k].y, &p[k].w);
+        if (mask) cohsm__mask_corner(mask, k, p[k].x, p[k].y, p[k].w);
         behind += p[k].w < 1e-5f;
         left += p[k].x < -p[k].w;
         right += p[k].x > p[k].w;
@@ -85,7 +106,7 @@ static void cohsm__raster_perspective(const cohsm__target *t, const cohsm__camer
     c1 = cohsm__project_corner(p + 1, t->size);
     for (k = 2; k < n; k++) {
         c2 = cohsm__project_corner(p + k, t->size);
-        cohsm__fill_triangle(t, cam, &c0, &c1, &c2);
+        cohsm__fill_triangle(t, cam, mask, &c0, &c1, &c2);
         c1 = c2;
     }
 }
@@ -138,8 +159,32 @@ static void cohsm__raster_face(const cohsm__target *t, const cohsm__camera *cam,
         cohsm__find_in_face(t, cam, soup, begin, end, &sight);
         for (i = 0; i < sight.count; i++)
             for (k = 0; k < COHSM__CLUSTER; k++)
-                cohsm__raster_perspective(t, cam, cohsm__cluster(soup, sight.cluster[i]), k);
+                cohsm__raster_perspective(t, cam, soup, sight.cluster[i], k);
     }
+}
+
+/* Draws a triangle of an orthographic view as the kernels do, to the last bit, but for the holes of its
+   mask. */
+static void cohsm__raster_masked(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup,
+                                 uint32_t cluster, uint32_t lane)
+{
+    const float scale = (float)(t->size * (COHSM__SUBPIXEL / 2)), offset = scale + 0.5f;
+    const cohsm__v3 right = cohsm__v3_scale(cam->axes.right, scale);
+    const cohsm__v3 up = cohsm__v3_scale(cam->axes.up, scale);
+    const float *v = cohsm__cluster(soup, cluster);
+    cohsm__mask mask;
+    cohsm__corner c[3];
+    int k;
+
+    if (!cohsm__mask_begin(soup, cluster, lane, &mask)) return;
+    for (k = 0; k < 3; k++, v += 3 * COHSM__CLUSTER) {
+        cohsm__v3 p = cohsm__v3_make(v[lane], v[16 + lane], v[32 + lane]);
+        c[k].x = (int32_t)(cohsm__v3_dot(p, right) + offset);
+        c[k].y = (int32_t)(cohsm__v3_dot(p, up) + offset);
+        c[k].z = 0.5f - 0.5f * cohsm__v3_dot(p, cam->axes.back);
+        cohsm__mask_corner(&mask, k, cohsm__v3_dot(p, cam->axes.right), cohsm__v3_dot(p, cam->axes.up), 1.0f);
+    }
+    cohsm__fill_triangle(t, cam, &mask, c, c + 1, c + 2);
 }
 
 static void cohsm__raster_view(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup,
@@ -164,7 +209,9 @@ static void cohsm__raster_view(const cohsm__target *t, const cohsm__camera *cam,
         for (i = begin; all && i < end; i++) sight.cluster[i - begin] = i;
         sight.count = end - begin;
         if (!all) kernels.find(t, cam->axes.up, soup, begin, end, &sight);
-        kernels.enqueue(t, cam, soup, &sight, &q);
+        for (i = 0; soup->masked && i < sight.count * COHSM__CLUSTER; i++)
+            cohsm__raster_masked(t, cam, soup, sight.cluster[i / COHSM__CLUSTER], i % COHSM__CLUSTER);
+        if (!soup->masked) kernels.enqueue(t, cam, soup, &sight, &q);
     }
     kernels.draw_queue(t, cam, &q, 1);
 }

@@ -134,6 +134,7 @@ static void cohsm__soup_fill(cohsm__soup *soup, const cohsm_mesh *mesh, const ui
     cohsm__sort_spots(spot, n);
     for (n = 0; n < soup->triangles; n++) {
         cohsm__soup_corners(mesh, spot[n].triangle, center, inverse, p);
+        if (soup->masked) soup->source[n] = spot[n].triangle;
         for (k = 0; k < 3; k++) {
             v = soup->v + (size_t)(n / COHSM__CLUSTER) * 9 * COHSM__CLUSTER + 3 * COHSM__CLUSTER * k +
                 n % COHSM__CLUSTER;
@@ -159,7 +160,10 @@ static int cohsm__soup_make(cohsm__soup *soup, const cohsm_mesh *mesh, const uin
     soup->v = (float *)cohsm__heap_alloc(heap, floats, sizeof(float));
     soup->bounds = (float *)cohsm__heap_alloc(heap, cohsm__bound_count(soup), 48 * sizeof(float));
     spot = (cohsm__spot *)cohsm__heap_alloc(heap, triangles, sizeof *spot);
-    made = soup->v && soup->bounds && spot;
+    soup->masked = mesh->mask_fn ? mesh : NULL;
+    soup->source = NULL;
+    if (soup->masked) soup->source = (uint32_t *)cohsm__heap_alloc(heap, triangles, sizeof *soup->source);
+    made = soup->v && soup->bounds && spot && (!soup->masked || soup->source);
     if (made) {
         memset(soup->v, 0, floats * sizeof(float));
         memset(soup->bounds, 0, cohsm__bound_count(soup) * 48 * sizeof(float));
@@ -175,5 +179,7 @@ static void cohsm__soup_free(cohsm__soup *soup, cohsm__counted_heap *heap)
 {
     cohsm__heap_free(heap, soup->v, (size_t)soup->clusters * 9 * COHSM__CLUSTER, sizeof(float));
     cohsm__heap_free(heap, soup->bounds, cohsm__bound_count(soup), 48 * sizeof(float));
+    cohsm__heap_free(heap, soup->source, soup->triangles, sizeof *soup->source);
     soup->v = soup->bounds = NULL;
+    soup->source = NULL;
 }

@@ -96,6 +96,11 @@ struct envsh_lights {               /* directional lights: your own, or those th
                                        4, >= 12; 0 = 12 */
 };
 
+typedef int (*envsh_mask_fn)(void *user, uint32_t triangle, const float weights[3]);
+/* A function of yours that says whether a triangle is there: not 0, or 0 in a hole of its alpha mask. The
+   weights of the triangle's corners, which add up to 1, say at which point. parallel_for's threads call the
+   function. */
+
 struct envsh_mesh {                 /* triangles that cast shadows */
     const float    *positions;      /* x, y, z of each vertex */
     size_t          vertex_count;
@@ -103,6 +108,8 @@ struct envsh_mesh {                 /* triangles that cast shadows */
     const uint32_t *indices;        /* three to a triangle; NULL = indices16, or else 0, 1, 2, ... */
     size_t          index_count;    /* a multiple of 3 (ignored without indices: vertex_count is used) */
     const uint16_t *indices16;      /* in place of indices; not both */
+    envsh_mask_fn   mask_fn;        /* holes of an alpha mask, asked for at centres of texels; NULL = none */
+    void           *user;           /* given to mask_fn */
 };
 
 struct envsh_points {               /* receivers */

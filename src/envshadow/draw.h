@@ -13,6 +13,20 @@ static size_t envsh__index_at(const envsh_mesh *mesh, size_t i)
     return mesh->indices ? mesh->indices[i] : mesh->indices16 ? mesh->indices16[i] : i;
 }
 
+/* Writes where the corners of a triangle lie in the tile, for its mask. */
+static void envsh__place_mask(const float *rows, const float *const *corners, envsh__mask *mask)
+{
+    int i, k;
+    for (i = 0; i < 3; i++) {
+        for (k = 0; k < 2; k++) {
+            const float *row = rows + 4 * k, *p = corners[i];
+            mask->corners[3 * i + k] = (double)row[0] * (double)p[0] + (double)row[1] * (double)p[1] +
+                                       (double)row[2] * (double)p[2] + (double)row[3];
+        }
+        mask->corners[3 * i + 2] = 1.0;
+    }
+}
+
 /* Draws the mesh into the tile of light i. */
 static void envsh__draw_task(void *context, size_t i)
 {
@@ -21,12 +35,14 @@ static void envsh__draw_task(void *context, size_t i)
     const envsh_view *v = &m->views[i];
     const char *positions = (const char *)d->mesh->positions;
     envsh__tile_target to;
+    envsh__mask mask;
     envsh__corner3 c[8];
     const float *p[3];
     float rows[12];
     size_t t, k;
     to.tile = envsh__tile_texels(m, (uint32_t)i, &to.row);
     to.step = m->channels;
+    mask.mesh = d->mesh;
     to.low = (int64_t)m->guard;
     to.high = (int64_t)(m->map_side - m->guard) - 1;
     for (k = 0; k < 3; k++)
@@ -40,7 +56,10 @@ static void envsh__draw_task(void *context, size_t i)
             within &= envsh__transform_corner(rows, p[k], &c[k]);
         }
         if (!within) n = envsh__cut_triangle(rows, p, c);
-        for (j = 2; j < n; j++) envsh__raster_triangle(&to, &c[0], &c[j - 1], &c[j]);
+        if (d->mesh->mask_fn) envsh__place_mask(rows, p, &mask);
+        mask.triangle = (uint32_t)t;
+        for (j = 2; j < n; j++)
+            envsh__raster_triangle(&to, d->mesh->mask_fn ? &mask : NULL, &c[0], &c[j - 1], &c[j]);
     }
 }
 

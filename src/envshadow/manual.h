@@ -34,7 +34,7 @@
            static float directions[3 * 64], irradiances[3 * 64];    // a bright sky, as 64 lights
            const float points[] = { 0, 0, 0,  9, 0, 0 }, normals[] = { 0, 1, 0,  0, 1, 0 };
            envsh_lights lights = { 64, directions, irradiances, NULL, NULL, 0 };
-           envsh_mesh mesh = { corners, 4, 0, triangles, 6, NULL };
+           envsh_mesh mesh = { corners, 4, 0, triangles, 6, NULL, NULL, NULL };
            envsh_points receivers = { 2, points, 0, normals, 0, NULL, 0, 0 };
            envsh_maps *maps;
            float light[6];

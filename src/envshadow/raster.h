@@ -46,9 +46,24 @@ static envsh__texel_box envsh__bound_texels(const envsh__tile_target *to, const 
     return box;
 }
 
-/* Draws the depth of a triangle into the texels of the tile that it covers. */
-static void envsh__raster_triangle(const envsh__tile_target *to, const envsh__corner3 *p,
-                                   const envsh__corner3 *q, const envsh__corner3 *r)
+/* The mask of the triangle that is drawn: its corners are x, y in texels, and 1. */
+typedef struct envsh__mask {
+    const envsh_mesh *mesh;
+    uint32_t          triangle;
+    double            corners[9];
+} envsh__mask;
+
+/* Returns whether the mask has a hole at the centre of texel x, y. */
+static int envsh__is_hole(const envsh__mask *mask, int64_t x, int64_t y)
+{
+    float weights[3];
+    envsh__mask_weights(mask->corners, (double)x + 0.5, (double)y + 0.5, weights);
+    return !mask->mesh->mask_fn(mask->mesh->user, mask->triangle, weights);
+}
+
+/* Draws the depth of a triangle into the texels of the tile that it covers. mask: NULL = none */
+static void envsh__raster_triangle(const envsh__tile_target *to, const envsh__mask *mask,
+                                   const envsh__corner3 *p, const envsh__corner3 *q, const envsh__corner3 *r)
 {
     const envsh__corner3 *swap;
     envsh__texel_box box;
@@ -96,7 +111,7 @@ static void envsh__raster_triangle(const envsh__tile_target *to, const envsh__co
             if ((e0 | e1 | e2) >= 0) {
                 float z = zr + zx * (float)(x - box.x0);
                 z = z < lo ? lo : z > hi ? hi : z;
-                if (z < *out) *out = z;
+                if (z < *out && !(mask && envsh__is_hole(mask, x, y))) *out = z;
             }
             e0 -= (q->y - p->y) * 256;
             e1 -= (r->y - q->y) * 256;

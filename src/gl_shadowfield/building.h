@@ -146,6 +146,9 @@ static glbk_result glbk__sfield_check_mesh(const glbk_context *ctx, const char *
     if (m->indices && m->indices16)
         return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "mesh.indices",
                             "and mesh.indices16 are both given");
+    if (m->mask_fn)
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "mesh.mask_fn",
+                            "is set: the GPU cannot call it, and draw_fn draws masks");
     if (!glbk_sfield__stride_valid(m->vertex_stride, 12))
         return glbk__refuse_value(ctx, GLBK_ERR_ARGUMENT, function, "mesh.vertex_stride",
                                   (double)m->vertex_stride, "0, or a multiple of 4 of at least 12");

@@ -50,6 +50,11 @@ ISM_DEF void ism_free(ism_maps *maps);
 ISM_DEF const char *ism_result_text(ism_result result);
 /* Returns a constant text that says what a result means; "unknown result" for any other number. */
 
+typedef int (*ism_mask_fn)(void *user, uint32_t triangle, const float weights[3]);
+/* A function of yours that says whether a triangle is there: not 0, or 0 in a hole of its alpha mask. The
+   weights of the triangle's corners, which add up to 1, say at which point. parallel_for's threads call the
+   function. */
+
 typedef struct ism_mesh {           /* the triangles that cast shadows, lit ones too, in world space, as of
                                        this frame */
     const float    *positions;      /* x, y, z of each vertex */
@@ -61,6 +66,10 @@ typedef struct ism_mesh {           /* the triangles that cast shadows, lit ones
     const float    *opacities;      /* 0..1 for each triangle: the share of the VPLs, in quarters, into whose
                                        maps the triangle is drawn; NULL = all are opaque */
     const float    *albedos;        /* r, g, b of each triangle, read by ism_bounce alone; NULL = 0.5 */
+    ism_mask_fn     mask_fn;        /* holes of an alpha mask: surfels that fall into one are none; NULL = no
+                                       holes. Asked for surfels that a frame renews, so a change of the mask
+                                       is seen after lazy_frames */
+    void           *user;           /* given to mask_fn */
 } ism_mesh;
 
 typedef enum ism_source_kind {      /* what sends the light on */

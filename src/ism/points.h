@@ -51,10 +51,22 @@ static double ism__choose_triangle(const ism__spread_work *w, const double *shar
     return share / shares[w->cluster_count] * ((sums[t + 1u] - sums[t]) / width);
 }
 
+/* Returns whether a point of a mesh lies in a hole of its mask. */
+static int ism__is_hole(const ism_mesh *mesh, const ism__surfel *p)
+{
+    float weights[3];
+    if (!mesh->mask_fn) return 0;
+    weights[1] = (float)p->b1 * (1.0f / 65535.0f);
+    weights[2] = (float)p->b2 * (1.0f / 65535.0f);
+    weights[0] = 1.0f - weights[1] - weights[2];
+    return !mesh->mask_fn(mesh->user, p->triangle, weights);
+}
+
 /* Makes the points of a VPL's tile. Each VPL has stratified random numbers (j + r) / n of its own, the same
    in every frame, so that a static scene stays as it is; one in lazy_frames of the points is made anew.
-   Clusters are found for several points at once, and the sums of their triangles are fetched meanwhile, since
-   no cache holds those of a large mesh. */
+   Points in holes of the mask stand for no area; the others stand for as much as without a mask, so that all
+   together stand for what is there. Clusters are found for several points at once, and the sums of their
+   triangles are fetched meanwhile, since no cache holds those of a large mesh. */
 static void ism__points_of(const ism__spread_work *w, size_t v, const double *shares)
 {
     ism_maps *m = w->m;
@@ -86,6 +98,7 @@ static void ism__points_of(const ism__spread_work *w, size_t v, const double *sh
             to->b1 = (uint16_t)(b1 * 65535.0f);
             to->b2 = (uint16_t)(b2 * 65535.0f);
             to->weight = probability > 0.0 ? (float)(1.0 / ((double)n * probability)) : 0.0f;
+            if (ism__is_hole(w->mesh, to)) to->weight = 0.0f;
         }
     }
 }

@@ -49,8 +49,9 @@ static void ism__draw_points(ism__tile *tile, const ism__splat *kernels, const i
     for (j = 0; j < count; j++) {
         ism__read_ahead(mesh, points, count, j);
         /* Opacity is dithered over 2 x 2 tiles, not texels: pull and push would close the gaps that dithering
-           leaves. */
-        if (!mesh->opacities || ism__dither(column, row, mesh->opacities[points[j].triangle]))
+           leaves. Points in holes have no weight. */
+        if (points[j].weight > 0.0f &&
+            (!mesh->opacities || ism__dither(column, row, mesh->opacities[points[j].triangle])))
             ism__add_point(mesh, &points[j], &discs);
         if (discs.count < ISM__DISCS && j + 1u < count) continue;
         kernels->draw(tile, &discs, kernels->place(tile, &discs));

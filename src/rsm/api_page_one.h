@@ -164,6 +164,11 @@ typedef struct rsm_desc {           /* zero it, then set what you care about; a 
     rsm_rows       rows;            /* of the buffers given to rsm_fill */
 } rsm_desc;
 
+typedef int (*rsm_mask_fn)(void *user, uint32_t triangle, const float weights[3]);
+/* A function of yours that says whether a triangle is there: not 0, or 0 in a hole of its alpha mask. The
+   weights of the triangle's corners, which add up to 1, say at which point. parallel_for's threads call the
+   function. */
+
 typedef struct rsm_mesh {           /* triangles that the light may see */
     const float    *positions;      /* x, y, z of each vertex */
     size_t          vertex_count;
@@ -176,16 +181,15 @@ typedef struct rsm_mesh {           /* triangles that the light may see */
     float           albedo[3];      /* linear reflectance, 0..1 (more is not refused), where surface_fn is
                                        NULL */
     uint32_t        material;       /* number of the Phong lobe of the mesh's texels, from 1; 0 = none */
-    int             has_holes;      /* not 0: surface_fn may return 0, and is called for every pixel that is
-                                       drawn; 0: for pixels that stay visible only */
-    int (*surface_fn)(void *user, const struct rsm_mesh *mesh, uint32_t triangle, const float weights[3],
-                      float albedo[3]);
+    rsm_mask_fn     mask_fn;        /* holes of an alpha mask, asked for at centres of texels; NULL = none */
+    void (*surface_fn)(void *user, const struct rsm_mesh *mesh, uint32_t triangle, const float weights[3],
+                       float albedo[3]);
     /* A function of yours that writes the linear albedo at a point of a triangle, which the weights of its
-       corners say. Returns 0 for a hole. NULL = `albedo` everywhere. Any thread may call the function. */
-    void           *user;           /* given to surface_fn */
-    uint32_t        tap_side;       /* surface_fn is averaged over tap_side x tap_side points of a texel, so
-                                       that textures finer than texels neither flicker nor lose energy.
-                                       1..16, 0 = 1 */
+       corners say. NULL = `albedo` everywhere. parallel_for's threads call the function. */
+    void           *user;           /* given to mask_fn and surface_fn */
+    uint32_t        tap_side;       /* surface_fn is averaged over tap_side x tap_side points of a texel, but
+                                       for those in holes, so that textures finer than texels neither flicker
+                                       nor lose energy. 1..16, 0 = 1 */
 } rsm_mesh;
 
 typedef struct rsm_points {         /* receivers: pixels of a picture, row by row, or any list */

@@ -185,11 +185,11 @@ static inline int rsm__find_weights(const rsm__edges *e, double x, double y, dou
     return 1;
 }
 
-/* Returns whether the caller's surface_fn has a hole there. */
+/* Returns whether the mesh's mask has a hole there. */
 static inline int rsm__is_hole(const rsm_mesh *m, size_t triangle, const double w[3])
 {
-    float weights[3] = { (float)w[0], (float)w[1], (float)w[2] }, albedo[3] = { 0, 0, 0 };
-    return m->has_holes && m->surface_fn && !m->surface_fn(m->user, m, (uint32_t)triangle, weights, albedo);
+    float weights[3] = { (float)w[0], (float)w[1], (float)w[2] };
+    return m->mask_fn && !m->mask_fn(m->user, (uint32_t)triangle, weights);
 }
 
 /* Draws one triangle into the rows y0..y1 of the face: where it is nearest, its depth goes into the texel and
@@ -221,7 +221,8 @@ static inline void rsm__draw_triangle(const rsm__raster *r, const rsm_mesh *m, s
         }
 }
 
-/* Writes the mean of surface_fn over taps x taps points of the texel, in the triangle's plane. */
+/* Writes the mean of surface_fn over those of taps x taps points of the texel, in the triangle's plane, that
+   are in no hole. */
 static inline void rsm__mean_albedo(const rsm_mesh *m, size_t triangle, const rsm__edges *e, double x,
                                     double y, double h, float out[3])
 {
@@ -241,7 +242,8 @@ static inline void rsm__mean_albedo(const rsm_mesh *m, size_t triangle, const rs
                 total += w[k];
             }
             for (k = 0; k < 3; k++) weights[k] = total > 0.0 ? (float)(w[k] / total) : 1.0f / 3.0f;
-            if (!m->surface_fn(m->user, m, (uint32_t)triangle, weights, albedo)) continue;
+            if (m->mask_fn && !m->mask_fn(m->user, (uint32_t)triangle, weights)) continue;
+            m->surface_fn(m->user, m, (uint32_t)triangle, weights, albedo);
             for (k = 0; k < 3; k++) sum[k] += albedo[k];
             found++;
         }

@@ -94,6 +94,11 @@ SFIELD_DEF const char *sfield_result_text(sfield_result result);
 /* ---- structs of page one ---- */
 
 #ifndef SFIELD_WITHOUT_BUILD
+typedef int (*sfield_mask_fn)(void *user, uint32_t triangle, const float weights[3]);
+/* A function of yours that says whether a triangle is there: not 0, or 0 in a hole of its alpha mask. The
+   weights of the triangle's corners, which add up to 1, say at which point. parallel_for's threads call the
+   function. */
+
 typedef struct sfield_mesh {
     const float    *positions;      /* x, y, z of each vertex */
     size_t          vertex_count;
@@ -101,6 +106,9 @@ typedef struct sfield_mesh {
     const uint32_t *indices;        /* three to a triangle; NULL = indices16, or else 0, 1, 2, ... */
     size_t          index_count;    /* a multiple of 3 (ignored without indices: vertex_count is used) */
     const uint16_t *indices16;      /* in place of indices; not both */
+    sfield_mask_fn  mask_fn;        /* holes of an alpha mask, asked for at each sample of a view, of which a
+                                       texel has many; NULL = none */
+    void           *user;           /* given to mask_fn */
 } sfield_mesh;
 #endif
 

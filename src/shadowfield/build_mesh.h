@@ -132,6 +132,8 @@ static sfield_result sfield__take_mesh(sfield__build *b, const sfield_mesh *m)
     if (!sfield__check_value(&b->log, sfield__in(b->h.radius, 1e-18f, 1e18f), "the radius of mesh",
                       (double)b->h.radius, "1e-18..1e18"))
         return SFIELD_ERR_INPUT;
+    b->mask_fn = m->mask_fn;
+    b->mask_user = m->user;
     b->vertices = m->vertex_count;
     b->position = (float *)sfield__hold_memory(b, 3 * b->vertices, sizeof *b->position);
     if (!b->position) return SFIELD_ERR_ALLOC;

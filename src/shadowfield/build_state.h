@@ -38,6 +38,8 @@ typedef struct sfield__build {
     uint32_t         *index, *original;
     float            *corner;       /* of triangles: planes of x, y, z of first corners, then of the others */
     size_t            vertices, triangles, corner_room;     /* room: from one plane to the next */
+    sfield_mask_fn    mask_fn;      /* of the mesh, and what is given to it */
+    void             *mask_user;
     const float      *radiance;     /* of triangles, this frame's */
     sfield_emitter    emitter;
     float             cosine;       /* of its cone */

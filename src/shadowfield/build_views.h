@@ -32,6 +32,25 @@ static void sfield__draw_span(sfield__view *v, size_t row, int x0, int x1, const
     }
 }
 
+/* Draws the samples x0 to x1 of a row as sfield__draw_span or sfield__set_bits does, but for those in holes of
+   the mesh's mask. corners: of the triangle, nine floats, 16 apart: x, y and depth of each on the face. */
+static void sfield__draw_masked_span(const sfield__build *b, sfield__view *v, size_t row, int x0, int x1,
+                                     const float *plane, uint32_t owner, const float *corners)
+{
+    const double half = 0.5 * (double)v->width;
+    const double t = ((double)(row & (v->width - 1)) + 0.5) / half - 1;
+    double c[9];
+    float weights[3];
+    int x;
+    for (x = 0; x < 9; x++) c[x] = (double)corners[16 * x];
+    for (x = x0; x <= x1; x++) {
+        sfield__mask_weights(c, ((double)x + 0.5) / half - 1, t, weights);
+        if (!b->mask_fn(b->mask_user, (owner & 0x7fffffffu) - 1, weights)) continue;
+        if (v->depth) sfield__draw_span(v, row, x, x, plane, owner);
+        else sfield__set_bits(v->bits + row * (v->width / 64), x, x);
+    }
+}
+
 /* Draws all triangles of the mesh that an eye sees, sixteen at a time, in any order. */
 static void sfield__draw_triangles16(const sfield__build *b, sfield__view *v, const float *eye);
 

@@ -22,6 +22,7 @@
 #define sfield__find_cones SFIELD__NAME_IN_SET(sfield__find_cones, SFIELD__SET)
 #define sfield__cut_rows SFIELD__NAME_IN_SET(sfield__cut_rows, SFIELD__SET)
 #define sfield__store_planes SFIELD__NAME_IN_SET(sfield__store_planes, SFIELD__SET)
+#define sfield__store_trio SFIELD__NAME_IN_SET(sfield__store_trio, SFIELD__SET)
 #define sfield__draw_rows SFIELD__NAME_IN_SET(sfield__draw_rows, SFIELD__SET)
 #define sfield__draw_across SFIELD__NAME_IN_SET(sfield__draw_across, SFIELD__SET)
 #define sfield__draw_triangles SFIELD__NAME_IN_SET(sfield__draw_triangles, SFIELD__SET)
@@ -261,8 +262,22 @@ static inline SFIELD__IN_KERNEL void sfield__store_planes(const sfield__cones *e
     sfield__lanes_store(planes + 48, sfield__lanes_select(front, e->det, back));
 }
 
+/* Stores the corners of triangles: x, y, z of the first corner of each, then those of the others. */
+static inline SFIELD__IN_KERNEL void sfield__store_trio(const sfield__trio *q, float *to)
+{
+    sfield__lanes_store(to, q->a.x);
+    sfield__lanes_store(to + 16, q->a.y);
+    sfield__lanes_store(to + 32, q->a.z);
+    sfield__lanes_store(to + 48, q->b.x);
+    sfield__lanes_store(to + 64, q->b.y);
+    sfield__lanes_store(to + 80, q->b.z);
+    sfield__lanes_store(to + 96, q->c.x);
+    sfield__lanes_store(to + 112, q->c.y);
+    sfield__lanes_store(to + 128, q->c.z);
+}
+
 /* Draws the triangles that `bits` names, each within its box on its face, which they are turned to.
-   number: of each lane, read where there are depths alone. */
+   number: of each lane, read where there are depths or a mask. */
 static inline SFIELD__IN_KERNEL void sfield__draw_rows(const sfield__build *b, sfield__view *v,
                                                        const sfield__trio *q, sfield__lanes face,
                                                        const sfield__boxes *box, uint32_t bits,
@@ -270,7 +285,7 @@ static inline SFIELD__IN_KERNEL void sfield__draw_rows(const sfield__build *b, s
 {
     const float half = 0.5f * (float)v->width;
     const size_t words = v->width / 64;
-    float planes[64];
+    float planes[64], corners[9 * 16];
     int32_t first[16], x0[16], x1[16];
     sfield__lanes y = box->y0;
     sfield__lane_mask rows;
@@ -282,6 +297,7 @@ static inline SFIELD__IN_KERNEL void sfield__draw_rows(const sfield__build *b, s
     sfield__ints_store(first, sfield__lanes_truncate(sfield__lanes_add(
         sfield__lanes_mul(face, sfield__lanes_all((float)v->width)), y)));
     if (v->depth) sfield__store_planes(&e, planes);
+    if (b->mask_fn) sfield__store_trio(q, corners);
     rows = sfield__mask_of_bits(bits);
     for (down = 0; bits; down++) {
         sfield__lanes t = sfield__lanes_mul(sfield__lanes_add(y, sfield__lanes_all(0.5f)),
@@ -301,11 +317,14 @@ static inline SFIELD__IN_KERNEL void sfield__draw_rows(const sfield__build *b, s
         for (bits = sfield__mask_bits(some); bits; bits &= bits - 1) {
             const uint32_t l = sfield__first_bit(bits);
             const size_t row = (size_t)first[l] + down;
+            uint32_t owner = 0;
             v->touched[row] = 1;
-            if (!v->depth) sfield__set_bits(v->bits + row * words, x0[l], x1[l]);
-            else
-                sfield__draw_span(v, row, x0[l], x1[l], planes + l,
-                                  (b->original[number[l]] + 1) | (front >> l & 1 ? 0 : 0x80000000u));
+            if (v->depth || b->mask_fn)
+                owner = (b->original[number[l]] + 1) | (front >> l & 1 ? 0 : 0x80000000u);
+            if (b->mask_fn)
+                sfield__draw_masked_span(b, v, row, x0[l], x1[l], planes + l, owner, corners + l);
+            else if (v->depth) sfield__draw_span(v, row, x0[l], x1[l], planes + l, owner);
+            else sfield__set_bits(v->bits + row * words, x0[l], x1[l]);
         }
         y = sfield__lanes_add(y, sfield__lanes_all(1));
         rows = sfield__mask_and(rows, sfield__lanes_at_least(box->y1, y));
@@ -407,7 +426,7 @@ SFIELD__KERNEL static void sfield__draw_triangles(const sfield__build *b, sfield
         box = sfield__round_boxes(box, width);
         used = one & sfield__mask_bits(box.used);
         if (used) {
-            for (l = 0; l < 16 && v->depth; l++) number[l] = (uint32_t)i + l;
+            for (l = 0; l < 16 && (v->depth || b->mask_fn); l++) number[l] = (uint32_t)i + l;
             sfield__draw_rows(b, v, &q, on.number, &box, used, number);
         }
         if (waiting < 16) continue;

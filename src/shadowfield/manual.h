@@ -32,7 +32,7 @@
            const float place[6] = { 0, -0.5f, 0,  6, -0.5f, 0 }, up[6] = { 0, 1, 0,  0, 1, 0 };
            const float sky[3] = { 1, 1, 1 };
            float rgb[6] = { 0, 0, 0, 0, 0, 0 };
-           sfield_mesh mesh = { corners, 4, 0, triangles, 6, NULL };
+           sfield_mesh mesh = { corners, 4, 0, triangles, 6, NULL, NULL, NULL };
            sfield_entity square;
            sfield_points points;
            sfield_field *field;

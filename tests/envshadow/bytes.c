@@ -37,7 +37,7 @@ static uint32_t shade(const envlt_light *list, uint32_t count, int filter, uint3
 {
     static const float p[] = { -1, 0, -1,  1, 0, -1,  0, 1.5f, 0.25f,  0.5f, 0.25f, 1,  -0.75f, 0.5f, 0.75f,  1, 1, 1 };
     static float points[3 * 100], normals[3 * 100], out[3 * 100];
-    envsh_mesh mesh = { p, 6, 0, NULL, 0, NULL };
+    envsh_mesh mesh = { p, 6, 0, NULL, 0, NULL, NULL, NULL };
     envsh_maps_desc d;
     envsh_query q;
     envsh_points r;

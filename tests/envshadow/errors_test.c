@@ -114,7 +114,7 @@ static void atlas_is_checked(void **state)
     {
         envsh_query q = { 0 };
         envsh_points r = { 0 };
-        envsh_mesh nothing = { NULL, 0, 0, NULL, 0, NULL };
+        envsh_mesh nothing = { NULL, 0, 0, NULL, 0, NULL, NULL, NULL };
         envsh_info before, atlas;
         uint32_t n = 7;
         float depth[32 * 32] = { 0 };
@@ -141,7 +141,7 @@ static void drawing_is_checked(void **state)
     static const float p[] = { 0, 0, 0,  1, 0, 0,  0, 1, 0 };
     static const uint32_t inside[] = { 0, 1, 2 }, outside[] = { 0, 1, 3 };
     float m[16] = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 }, depth[32 * 32] = { 0 };
-    envsh_mesh mesh = { p, 3, 0, inside, 3, NULL };
+    envsh_mesh mesh = { p, 3, 0, inside, 3, NULL, NULL, NULL };
     envlt_light one = list[0];
     envsh_bounds b = box;
     envsh_maps *fresh;
@@ -248,7 +248,7 @@ static void transforms_move_meshes(void **state)
     static const float p[3][4] = { { -0.5f, 0, -0.5f, 9 }, { 0.5f, 0, -0.5f, 9 }, { 0, 0, 0.75f, 9 } };
     static const float turn[16] = { 0, 0, 0.5f, 0, 0, 0.5f, 0, 0, -0.5f, 0, 0, 0, 0.25f, 0.5f, -0.125f, 1 };
     float moved[3][3];
-    envsh_mesh mesh = { p[0], 3, 16, NULL, 0, NULL }, still = { moved[0], 3, 0, NULL, 0, NULL };
+    envsh_mesh mesh = { p[0], 3, 16, NULL, 0, NULL, NULL, NULL }, still = { moved[0], 3, 0, NULL, 0, NULL, NULL, NULL };
     envsh_bounds a, b;
     envsh_info atlas;
     float *depth;
@@ -319,7 +319,7 @@ static void bad_geometry_is_harmless(void **state)
 {
     static const float big[] = { 0, 1, 1e-30f, 1e10f, 1e38f, -1e38f };
     float p[9], e[3], n[3] = { 0, 1, 0 }, at[3] = { 0, 0, 0 };
-    envsh_mesh mesh = { p, 3, 0, NULL, 0, NULL };
+    envsh_mesh mesh = { p, 3, 0, NULL, 0, NULL, NULL, NULL };
     envsh_query q = { 0 };
     envsh_points r = { 0 };
     uint64_t seed = 4;
@@ -361,7 +361,7 @@ static void far_below_a_roof_it_is_dark(void **state)
     static const float roof[] = { -9, 0.5f, -9, 9, 0.5f, -9, 0, 0.5f, 9 };
     static const float depths[] = { 0.25f, 10, 1e6f, 1e15f, 1e30f, 1e37f, 3e38f };
     envlt_light sun = { { 0, 1, 0 }, { 1, 1, 1 }, 0.1f, { 0.3f, 0, 0 }, { 0, 0, 0.2f }, 0, 0 };
-    envsh_mesh mesh = { roof, 3, 0, NULL, 0, NULL };
+    envsh_mesh mesh = { roof, 3, 0, NULL, 0, NULL, NULL, NULL };
     envsh_query q = { 0 };
     envsh_points r = { 0 };
     (void)state;
@@ -405,7 +405,7 @@ static envsh_result draw_twice(void *user, envsh_maps *m)
 static void every_call_of_progress_may_cancel(void **state)
 {
     static const float corners[] = { -0.5f, 0.2f, -0.5f, 0.5f, 0.2f, -0.5f, 0, 0.2f, 0.5f };
-    envsh_mesh mesh = { corners, 3, 0, NULL, 0, NULL };
+    envsh_mesh mesh = { corners, 3, 0, NULL, 0, NULL, NULL, NULL };
     envsh_query q = { 0 };
     envsh_points r = { 0 };
     envsh_maps_desc d;
@@ -467,7 +467,7 @@ static void failed_calls_say_why(void **state)
     static const uint16_t wrong[] = { 0, 1, 2, 0, 1, 3 };
     const float short_normals[] = { 0, 1, 0,  0, 0.5f, 0 };
     float e[6];
-    envsh_mesh mesh = { p, 3, 0, NULL, 6, wrong };
+    envsh_mesh mesh = { p, 3, 0, NULL, 6, wrong, NULL, NULL };
     envsh_points r = { 2, p, 0, short_normals, 0, NULL, 0, 0 };
     envsh_query q = { 0 };
     envlt_light light = list[0];
@@ -610,7 +610,7 @@ static void zero_is_the_default(void **state)
     enum { POINTS = 500 };
     static float points[3 * POINTS], normals[3 * POINTS], a[POINTS], b[POINTS];
     static const float p[] = { -0.6f, 0.3f, -0.5f,  0.7f, 0.3f, -0.4f,  0.1f, 0.4f, 0.8f };
-    envsh_mesh mesh = { p, 3, 0, NULL, 0, NULL };
+    envsh_mesh mesh = { p, 3, 0, NULL, 0, NULL, NULL, NULL };
     envsh_points r = { POINTS, points, 0, normals, 0, NULL, 0, 0 };
     envsh_query none = { ENVSH_FILTER_PENUMBRA, 0, 0, -1, -1, 0, 0 };
     int differ = 0;
@@ -643,7 +643,7 @@ static void indices_of_16_bits_draw_the_same(void **state)
     static const float p[] = { -0.6f, 0.3f, -0.5f,  0.7f, 0.3f, -0.4f,  0.1f, 0.4f, 0.8f,  9, 9, 9 };
     static const uint32_t wide[] = { 2, 0, 1 };
     static const uint16_t narrow[] = { 2, 0, 1 };
-    envsh_mesh meshes[2] = { { p, 4, 0, wide, 3, NULL }, { p, 4, 0, NULL, 3, narrow } };
+    envsh_mesh meshes[2] = { { p, 4, 0, wide, 3, NULL, NULL, NULL }, { p, 4, 0, NULL, 3, narrow, NULL, NULL } };
     float *depth;
     size_t texels, drawn = 0;
     envsh_info info;

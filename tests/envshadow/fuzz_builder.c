@@ -85,7 +85,7 @@ static void shade(input *in, const envlt_lights *l, odd *o)
     envsh_maps_desc d;
     envsh_query q = { 0 };
     envsh_points r = { 0 };
-    envsh_mesh mesh = { p, 30, 0, indices, 30, NULL };
+    envsh_mesh mesh = { p, 30, 0, indices, 30, NULL, NULL, NULL };
     uint64_t seed = take(in);
     asked a;
     odd none;

@@ -1369,7 +1369,7 @@ static void ism_meshes_and_surfels_refuse_bad_arguments(void **state)
     static const ism_surfel surfels[8];
     glbk_context *gl = &t->gl;
     const ism_desc d = ism_sizes();
-    ism_mesh mesh = { ism_corners, 4, 12, ism_indices, 6, NULL, NULL, NULL };
+    ism_mesh mesh = { ism_corners, 4, 12, ism_indices, 6, NULL, NULL, NULL, NULL, NULL };
     glbk_ism_maps m, none;
     memset(&none, 0, sizeof none);
     assert_glbk(t, glbk_ism_maps_create(gl, &d, &m));

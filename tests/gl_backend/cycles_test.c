@@ -98,7 +98,7 @@ static glbk_result make_sfield(gl_test *t)
 {
     static const float corners[9] = { 0, 0, 0, 1, 0, 0, 0, 1, 0 };
     static const uint32_t indices[3] = { 0, 1, 2 };
-    const sfield_mesh mesh = { corners, 3, 0, indices, 3, NULL };
+    const sfield_mesh mesh = { corners, 3, 0, indices, 3, NULL, NULL, NULL };
     glbk_sfield_scene_desc scene;
     glbk_sfield_renderer_desc renderer;
     glbk_sfield_builder_desc builder;
@@ -198,7 +198,7 @@ static struct { glbk_ism_maps maps; glbk_ism_renderer renderer; } ism;
 static glbk_result make_ism(gl_test *t)
 {
     static const uint32_t indices[3] = { 0, 1, 2 };
-    const ism_mesh mesh = { zeros, 3, 0, indices, 3, NULL, NULL, NULL };
+    const ism_mesh mesh = { zeros, 3, 0, indices, 3, NULL, NULL, NULL, NULL, NULL };
     ism_desc maps;
     glbk_result result;
     memset(&ism, 0, sizeof ism);

@@ -444,7 +444,7 @@ static void half_an_allocator_is_a_desc_as_it_is_without_gl(void **state)
 
 static const float    corners[12] = { 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1 };
 static const uint32_t triangles[12] = { 0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3 };
-static const sfield_mesh tetrahedron = { corners, 4, 0, triangles, 12, NULL };
+static const sfield_mesh tetrahedron = { corners, 4, 0, triangles, 12, NULL, NULL, NULL };
 static sfield_mesh mesh;    /* the one that is wrong; its members are the first of every mesh */
 
 static glbk_result mesh_of_csm(void)

@@ -354,7 +354,7 @@ static void make_ism(gl_test *t)
     static const uint32_t triangles[6] = { 0, 1, 2, 1, 3, 2 };
     static const ism_vpl lamp = { { 0, 2, 0 }, { 0, -1, 0 }, { 1, 2, 3 }, { 0, -1, 0 }, 1, 0, 0.1f, 0, 0, 0, 0, 1, 0 };
     ism_info info;
-    const ism_mesh mesh = { table, 4, 0, triangles, 6, NULL, NULL, NULL };
+    const ism_mesh mesh = { table, 4, 0, triangles, 6, NULL, NULL, NULL, NULL, NULL };
     const glbk_gbuffer_desc size = { SIDE, SIDE, { 0, 0, 0, 0 }, NULL };
     static glbk_pixel pixels[PIXELS];
     ism_surfel surfels[POINTS];

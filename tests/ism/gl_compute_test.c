@@ -72,7 +72,7 @@ static void pair_close(pair *p)
 static void send_mesh(gl_test *t, pair *p)
 {
     static float corners[9 * TRIANGLES], opacities[TRIANGLES];
-    const ism_mesh mesh = { corners, 3 * TRIANGLES, 0, NULL, 3 * TRIANGLES, NULL, opacities, NULL };
+    const ism_mesh mesh = { corners, 3 * TRIANGLES, 0, NULL, 3 * TRIANGLES, NULL, opacities, NULL, NULL, NULL };
     for (int i = 0; i < TRIANGLES; i++) {
         float *c = corners + 9 * i;
         for (int k = 0; k < 3; k++) c[k] = between(-2, 2);

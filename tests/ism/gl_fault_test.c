@@ -56,7 +56,7 @@ static void prepare(scene *s)
 
 static glbk_result make(gl_test *t, scene *s)
 {
-    ism_mesh mesh = { table, 4, 0, triangles, 6, NULL, NULL, NULL };
+    ism_mesh mesh = { table, 4, 0, triangles, 6, NULL, NULL, NULL, NULL, NULL };
     const glbk_gbuffer_desc size = { SIDE, SIDE, { 0, 0, 0, 0 }, NULL };
     ism_desc d;
     glbk_result result = GLBK_OK;
@@ -132,7 +132,7 @@ static void indices_of_16_bits_are_taken(void **state)
     GL_TEST(t, state)
     static const uint16_t short_triangles[6] = { 0, 1, 2, 1, 3, 2 }, wrong[6] = { 0, 1, 2, 1, 4, 2 };
     static scene s[2];
-    ism_mesh mesh = { table, 4, 0, NULL, 6, short_triangles, NULL, NULL };
+    ism_mesh mesh = { table, 4, 0, NULL, 6, short_triangles, NULL, NULL, NULL, NULL };
     double sum = 0;
     int i;
     for (i = 0; i < 2; i++) {

@@ -52,7 +52,7 @@ static void send(gl_test *t, glbk_ism_maps *m, const ism_desc *d, glbk_result su
     static const float place[3] = { 0, 3, 0 }, down[3] = { 0, -1, 0 }, flux[3] = { 1, 1, 1 };
     static const float seen[3] = { 0, 0, 0 }, up[3] = { 0, 1, 0 };
     static ism_surfel list[1024];
-    const ism_mesh mesh = { corners, 4, 0, triangles, 6, NULL, NULL, NULL };
+    const ism_mesh mesh = { corners, 4, 0, triangles, 6, NULL, NULL, NULL, NULL, NULL };
     ism_source source;
     ism_points view;
     ism_frame frame;
@@ -234,7 +234,7 @@ static void a_wrong_mesh_is_named(void **state)
     static const uint32_t wrong[6] = { 0, 1, 2, 1, 4, 2 };
     glbk_context *gl = &t->gl;
     const glbk_result no = GLBK_ERR_ARGUMENT;
-    ism_mesh mesh = { corners, 4, 0, triangles, 6, NULL, NULL, NULL };
+    ism_mesh mesh = { corners, 4, 0, triangles, 6, NULL, NULL, NULL, NULL, NULL };
     glbk_ism_maps m = make_maps(t);
     gl_listen(t);
 #define MESH glbk_ism_mesh_upload(gl, &m, &mesh)

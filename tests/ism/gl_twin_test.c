@@ -467,7 +467,7 @@ static void nothing_is_dark_and_too_much_is_refused(void **state)
     static const float triangle[9] = { 0, 0, 0, 1, 0, 0, 0, 1, 0 };
     static float atlas[64 * 64], nothing[3 * 16], rgba[4 * 16];
     static const ism_surfel surfels[64];
-    const ism_mesh mesh = { triangle, 3, 0, NULL, 0, NULL, NULL, NULL };
+    const ism_mesh mesh = { triangle, 3, 0, NULL, 0, NULL, NULL, NULL, NULL, NULL };
     const ism_vpl vpl = { { 0, 0, 1 }, { 0, 0, -1 }, { 1, 1, 1 }, { 0, 0, -1 }, 1, 0, 0, 0, 0, 0, 0, 0, 0 };
     const ism_info info = { 0 };
     ism_desc d;

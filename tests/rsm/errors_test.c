@@ -832,12 +832,11 @@ static void vector_units_agree_on_pictures(void **state)
 }
 
 /* What is asked of a list, of maps that are not there or not finished, of black ones and of receivers that are none. */
-static int only_holes(void *user, const rsm_mesh *m, uint32_t triangle, const float w[3], float albedo[3])
+static int nothing_but_holes(void *user, uint32_t triangle, const float w[3])
 {
     (void)user;
-    (void)m;
     (void)triangle;
-    albedo[0] = w[0];
+    (void)w;
     return 0;
 }
 
@@ -893,13 +892,13 @@ static void maps_without_lit_texels_give_no_light(void **state)
     g.r_max = 0.3f;
     p.count = SIZE_MAX / 4;
     assert_int_equal(rsm_gather_list(lights, 4, &g, &p, result, NULL), RSM_ERR_LIMIT);
-    m.surface_fn = only_holes;                   /* asked for visible points alone: black, none left out */
+    m.mask_fn = nothing_but_holes;
     {
         rsm_desc d = sun_desc(1, 1.2, 16);
         rsm_stats s;
         map = map_of(&d, &m, 1, &s);
         assert_non_null(map);
-        assert_true(s.incident[0] > 1 && !(s.reflected[0] > 0) && s.lit_texels == 0);
+        assert_true(!(s.incident[0] > 0) && !(s.reflected[0] > 0) && s.lit_texels == 0);
     }
     for (i = 0; i < RSM_PATTERN_COUNT; i++) {
         g.pattern = (rsm_pattern)i;
@@ -972,18 +971,33 @@ static void maps_lists_and_sums_of_both_are_the_same_light(void **state)
 }
 
 /* Textures: 16 taps a texel give the mean of a checker finer than texels. */
-static int checker(void *user, const rsm_mesh *m, uint32_t triangle, const float w[3], float albedo[3])
+static const rsm_mesh *checkered;
+
+static void checker_place(const float w[3], uint32_t triangle, double *x, double *z)
 {
-    double x = 0, z = 0;
     int k;
-    (void)user;
-    for (k = 0; k < 3; k++) {
-        const float *p = m->positions + 3 * m->indices[3 * triangle + (uint32_t)k];
-        x += (double)(w[k] * p[0]);
-        z += (double)(w[k] * p[2]);
+    for (k = 0, *x = *z = 0; k < 3; k++) {
+        const float *p = checkered->positions + 3 * checkered->indices[3 * triangle + (uint32_t)k];
+        *x += (double)(w[k] * p[0]);
+        *z += (double)(w[k] * p[2]);
     }
+}
+
+static int round_hole(void *user, uint32_t triangle, const float w[3])
+{
+    double x, z;
+    (void)user;
+    checker_place(w, triangle, &x, &z);
+    return x * x + z * z >= 0.25;
+}
+
+static void checker(void *user, const rsm_mesh *m, uint32_t triangle, const float w[3], float albedo[3])
+{
+    double x, z;
+    (void)user;
+    (void)m;
+    checker_place(w, triangle, &x, &z);
     albedo[0] = albedo[1] = albedo[2] = ((int)floor(x * 97) + (int)floor(z * 97)) & 1 ? 1.0f : 0.0f;
-    return x * x + z * z < 0.25 ? 0 : 1;         /* and a hole */
 }
 
 static void textures_are_averaged_over_taps(void **state)
@@ -998,7 +1012,8 @@ static void textures_are_averaged_over_taps(void **state)
     (void)state;
     m.surface_fn = checker;
     m.tap_side = 16;
-    m.has_holes = 1;
+    m.mask_fn = round_hole;
+    checkered = &m;
     map = map_of(&d, &m, 1, &stats);
     assert_non_null(map);
     assert_true(fabs(stats.reflected[0] - 0.5 * stats.incident[0]) < 0.02 * stats.incident[0]);
@@ -1019,7 +1034,7 @@ static void textures_are_averaged_over_taps(void **state)
 enum { TAPPED = 16 };
 typedef struct taps { int n[TAPPED * TAPPED]; double sum[TAPPED * TAPPED][2], square[TAPPED * TAPPED][2]; } taps;
 
-static int record_tap(void *user, const rsm_mesh *m, uint32_t triangle, const float w[3], float albedo[3])
+static void record_tap(void *user, const rsm_mesh *m, uint32_t triangle, const float w[3], float albedo[3])
 {
     taps *to = user;
     double p[2] = { 0, 0 };
@@ -1040,7 +1055,6 @@ static int record_tap(void *user, const rsm_mesh *m, uint32_t triangle, const fl
         to->square[k][c] += p[c] * p[c];
     }
     albedo[0] = albedo[1] = albedo[2] = 1;
-    return 1;
 }
 
 static void the_callback_gets_the_taps_of_a_texel(void **state)

@@ -66,13 +66,19 @@ static void take_desc(input *in, rsm_desc *d)
     d->rows = (rsm_rows)(take(in) >> 2 & 3u);
 }
 
-static int hole_or_not(void *user, const rsm_mesh *mesh, uint32_t triangle, const float weights[3], float albedo[3])
+static void any_color(void *user, const rsm_mesh *mesh, uint32_t triangle, const float weights[3], float albedo[3])
 {
     (void)user;
     (void)mesh;
+    (void)triangle;
     albedo[0] = weights[0];
     albedo[1] = albedo[2] = 0.5f;
-    return triangle % 3u != 0;
+}
+
+static int hole_or_not(void *user, uint32_t triangle, const float weights[3])
+{
+    (void)user;
+    return triangle % 3u != 0 && weights[1] < 0.8f;
 }
 
 static int draw(input *in, rsm_map *map, odd *o)
@@ -93,8 +99,8 @@ static int draw(input *in, rsm_map *map, odd *o)
     mesh.albedo[0] = mesh.albedo[1] = 0.5f;
     mesh.albedo[2] = take_float(in);
     mesh.material = take(in) % 4u;
-    if (take(in) & 1u) mesh.surface_fn = hole_or_not;
-    mesh.has_holes = (int)(take(in) & 1u);
+    if (take(in) & 1u) mesh.surface_fn = any_color;
+    if (take(in) & 1u) mesh.mask_fn = hole_or_not;
     mesh.tap_side = take(in) % 18u;
     ODD_TRY(o, result, rsm_rasterize(map, &mesh, 1));
     odd_keep_result(o, (int)result);

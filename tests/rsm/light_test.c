@@ -160,12 +160,18 @@ static corner plain_corners[3 * TRIANGLES], turned_corners[TRIANGLES];
 static uint32_t turned_indices[3 * TRIANGLES];
 static const float turn[16] = { 0.6f, 0, 0.8f, 0, 0, 1.1f, 0, 0, -0.8f, 0, 0.6f, 0, 0.1f, 0.2f, 0.3f, 1 };
 
-static int weights_as_albedo(void *user, const rsm_mesh *m, uint32_t triangle, const float w[3], float albedo[3])
+static void weights_as_albedo(void *user, const rsm_mesh *m, uint32_t triangle, const float w[3], float albedo[3])
 {
     (void)user;
     (void)m;
     (void)triangle;
     memcpy(albedo, w, 12);
+}
+
+static int without_a_corner(void *user, uint32_t triangle, const float w[3])
+{
+    (void)user;
+    (void)triangle;
     return w[0] < 0.7f;
 }
 
@@ -188,7 +194,7 @@ static void soup(rsm_mesh meshes[2])
     meshes[0].vertex_stride = sizeof(corner);
     meshes[0].vertex_count = 3 * TRIANGLES;
     meshes[0].surface_fn = weights_as_albedo;
-    meshes[0].has_holes = 1;
+    meshes[0].mask_fn = without_a_corner;
     meshes[1].positions = turned_corners[0].p;
     meshes[1].vertex_stride = sizeof(corner);
     meshes[1].vertex_count = TRIANGLES;

@@ -128,7 +128,7 @@ static void a_bad_mesh_says_which_index_of_which_triangle(void **state)
     static const uint16_t two[6] = { 0, 1, 2, 2, 7, 0 };
     notes n = { "", 0 };
     sfield_desc d = tiny(&n);
-    sfield_mesh mesh = { p, 3, 0, NULL, 6, two };
+    sfield_mesh mesh = { p, 3, 0, NULL, 6, two, NULL, NULL };
     sfield_field *f;
     (void)state;
     said(&n, sfield_build(&d, &mesh, &f, NULL), SFIELD_ERR_INPUT,

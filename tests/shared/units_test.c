@@ -28,6 +28,7 @@
 #include "src/shared/part.h"
 #include "src/shared/batch.h"
 #include "src/shared/raster.h"
+#include "src/shared/mask.h"
 #include "src/shared/fp_end.h"
 
 #define PI 3.14159265358979323846
@@ -751,9 +752,38 @@ static void one_of_two_triangles_owns_an_edge(void **state)
     assert_true(P_edge_owns(1, 0));
 }
 
+/* Points of a triangle in space, seen in perspective and parallel, from both sides: the weights that made the point. A
+   sample off the triangle gets a point of its edge. */
+static void weights_at_a_sample_are_those_of_the_point(void **state)
+{
+    static const double corner[2][9] = { { -1, 2, 3, 4, -1, 2, 0, -3, 7 }, { -1, 2, 1, 4, -1, 1, 0, -3, 1 } };
+    static const double off[2] = { 30, 40 };
+    double c[9], p[3];
+    float w[3];
+    int view, turned, i, j, k;
+    (void)state;
+    for (view = 0; view < 2; view++)
+        for (turned = 0; turned < 2; turned++) {
+            for (k = 0; k < 9; k++) c[k] = corner[view][turned ? (8 - k) / 3 * 3 + k % 3 : k];
+            for (i = 0; i <= 8; i++)
+                for (j = 0; i + j <= 8; j++) {
+                    double a = i / 8.0, b = j / 8.0;
+                    for (k = 0; k < 3; k++) p[k] = (1 - a - b) * c[k] + a * c[3 + k] + b * c[6 + k];
+                    P_mask_weights(c, p[0] / p[2], p[1] / p[2], w);
+                    assert_true(fabs((double)w[0] - (1 - a - b)) < 1e-6 && fabs((double)w[1] - a) < 1e-6);
+                    assert_true(fabs((double)w[2] - b) < 1e-6);
+                }
+            P_mask_weights(c, off[0], off[1], w);
+            for (k = 0; k < 3; k++) assert_true(w[k] >= 0 && w[k] <= 1);
+            assert_true(fabs((double)(w[0] + w[1] + w[2]) - 1) < 1e-6);
+            assert_true(!(w[0] > 0) || !(w[1] > 0) || !(w[2] > 0));
+        }
+}
+
 int main(void)
 {
     static const struct CMUnitTest tests[] = {
+        cmocka_unit_test(weights_at_a_sample_are_those_of_the_point),
         cmocka_unit_test(sizes_that_overflow_are_refused), cmocka_unit_test(tiny_and_huge_vectors_normalise),
         cmocka_unit_test(infinities_and_nans_are_not_finite), cmocka_unit_test(lengths_of_0_97_to_1_03_count_as_unit),
         cmocka_unit_test(a_basis_is_orthonormal_and_right_handed), cmocka_unit_test(vectors_add_scale_and_multiply),

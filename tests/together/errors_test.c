@@ -71,7 +71,7 @@ static const float    corners[12] = { 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1 };
 static const uint32_t triangles[12] = { 0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3 };
 static const any_mesh tetrahedron = { corners, 4, 0, triangles, 12, NULL };
 static const cohsm_mesh  whole_csm = { corners, 4, 0, triangles, 12, NULL };
-static const sfield_mesh whole_sfield = { corners, 4, 0, triangles, 12, NULL };
+static const sfield_mesh whole_sfield = { corners, 4, 0, triangles, 12, NULL, NULL, NULL };
 static const float    identity[16] = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 };
 static float positions[3 * PIXELS], normals[3 * PIXELS], bent[3 * PIXELS], out[3 * PIXELS];
 static const envlt_light above = { { 0, 1, 0 }, { 1, 1, 1 }, 0, { 0, 0, 0 }, { 0, 0, 0 }, 0, 0 };

@@ -285,7 +285,7 @@ static void ask_csm(void *user, const float position[3], const float geometric[3
 static cohsm_maps *maps_at(const rsm_texel *lights, size_t count)
 {
     static float locations[4 * LIGHTS];
-    cohsm_mesh mesh = { positions, VERTICES + 4, 0, indices, 3 * (TRIANGLES + 2), NULL };
+    cohsm_mesh mesh = { positions, VERTICES + 4, 0, indices, 3 * (TRIANGLES + 2), NULL, NULL, NULL };
     cohsm_desc desc;
     cohsm_maps *maps = NULL;
     memset(&desc, 0, sizeof desc);
@@ -311,7 +311,7 @@ static void an_occluder_hides_the_same_light_from_both(void **state)
     ism_vpl vpls[LIGHTS];
     rsm_map *map = make_map(1);
     const rsm_map *maps[1];
-    ism_mesh mesh = { positions, VERTICES + 4, 0, indices, 3 * (TRIANGLES + 2), NULL, NULL, NULL };
+    ism_mesh mesh = { positions, VERTICES + 4, 0, indices, 3 * (TRIANGLES + 2), NULL, NULL, NULL, NULL, NULL };
     ism_points view = ceiling_view();
     ism_frame frame = make_frame(&mesh, &view);
     ism_shading shading = { 0 };
@@ -386,7 +386,7 @@ static envlt_lights *make_sky(void)
  * to them. */
 static cohsm_maps *maps_of(const envlt_light *list, uint32_t count)
 {
-    cohsm_mesh ball = { positions, VERTICES, 0, indices, 3 * TRIANGLES, NULL };
+    cohsm_mesh ball = { positions, VERTICES, 0, indices, 3 * TRIANGLES, NULL, NULL, NULL };
     float locations[4 * K];
     cohsm_desc desc;
     cohsm_maps *maps = NULL;
@@ -427,7 +427,7 @@ static void domains_of_lights_have_the_numbers_of_csm(void **state)
 static void lights_of_a_sky_shadow_through_csm_as_by_rays(void **state)
 {
     static float visible[FLOOR_POINTS], turning[FLOOR_POINTS], own[FLOOR_POINTS];
-    envsh_mesh caster = { positions, VERTICES, 0, indices, 3 * TRIANGLES, NULL };
+    envsh_mesh caster = { positions, VERTICES, 0, indices, 3 * TRIANGLES, NULL, NULL, NULL };
     cohsm_query query = { 0 };
     envsh_query own_query = { ENVSH_FILTER_PLAIN, 0, 0, 0, 0, 0, 0 };
     envsh_points receivers = { FLOOR_POINTS, ground, 0, up, 0, NULL, 0, 0 };
@@ -493,7 +493,7 @@ static void ambient_occlusion_of_a_field_is_the_balls_cap(void **state)
     static float open[FLOOR_POINTS], share[FLOOR_POINTS], local[3 * FLOOR_POINTS];
     static float plain[3 * FLOOR_POINTS], dimmed[3 * FLOOR_POINTS];
     static const float sky[3] = { 1, 1, 1 };
-    sfield_mesh ball = { positions, VERTICES, 0, indices, 3 * TRIANGLES, NULL };
+    sfield_mesh ball = { positions, VERTICES, 0, indices, 3 * TRIANGLES, NULL, NULL, NULL };
     sfield_entity entity = upright;
     sfield_scene_desc scene_desc;
     sfield_points set;

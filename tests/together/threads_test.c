@@ -204,7 +204,7 @@ static void envshadow_is_the_same_on_many_threads(void **state)
     assert_int_equal(envlt_create(&desc, &map, &lights, NULL), ENVLT_OK);
     list = envlt_get_lights(lights, &count);
     for (k = 0; k < 2; k++) {
-        envsh_mesh mesh = { sheet, (GRID + 1) * (GRID + 1), 0, indices, 6 * CELLS, NULL };
+        envsh_mesh mesh = { sheet, (GRID + 1) * (GRID + 1), 0, indices, 6 * CELLS, NULL, NULL, NULL };
         envsh_points receivers = { POINTS, positions, 0, normals, 0, NULL, 0, 0 };
         envsh_maps_desc md;
         envsh_maps *maps;
@@ -285,7 +285,7 @@ static void ism_is_the_same_on_many_threads(void **state)
         flux[3 * i] = flux[3 * i + 1] = flux[3 * i + 2] = area[i];
     }
     for (k = 0; k < 2; k++) {
-        ism_mesh mesh = { sheet, (GRID + 1) * (GRID + 1), 0, indices, 6 * CELLS, NULL, NULL, NULL };
+        ism_mesh mesh = { sheet, (GRID + 1) * (GRID + 1), 0, indices, 6 * CELLS, NULL, NULL, NULL, NULL, NULL };
         ism_source source = { ISM_SOURCE_SURFACE, LIT, LIT, 0, at, 0, up, 0, flux, 0, area, 0, NULL, 0 };
         ism_points view = { SIDE * SIDE, positions, 0, normals, 0, NULL, 0, NULL, 0, SIDE, { 0 }, ISM_ROWS_DEFAULT };
         ism_frame frame = { &mesh, &source, 1, &view, 0 };
