@@ -231,6 +231,13 @@ static int teardown(void **state)
     return 0;
 }
 
+static int everything(void *user, uint32_t triangle, const float weights[3])
+{
+    (void)user;
+    (void)triangle;
+    return weights[0] >= 0;
+}
+
 static void a_build_survives_failing_memory(void **state)
 {
     plan p = made;
@@ -246,6 +253,9 @@ static void a_build_survives_failing_memory(void **state)
     p.desc.layout = COHSM_LAYOUT_COMPACT;
     p.desc.order = COHSM_ORDER_DEFAULT;
     fail_everywhere("build with a trial of orders", act_build, &p, 1);
+    p.desc.order = COHSM_ORDER_ZIGZAG;
+    p.mesh.mask_fn = everything;
+    fail_everywhere("build with a mask", act_build, &p, 1);
 }
 
 static void build_of_local_maps_survives(void **state)
