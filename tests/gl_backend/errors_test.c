@@ -471,7 +471,7 @@ static glbk_result mesh_of_ism(void)
 {
     ism_mesh m;
     memset(&m, 0, sizeof m);
-    memcpy(&m, &mesh, sizeof mesh);
+    memcpy(&m, &mesh, offsetof(sfield_mesh, mask_fn));
     return glbk_ism_mesh_upload(gl, &ism, &m);
 }
 

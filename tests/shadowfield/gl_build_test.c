@@ -479,6 +479,14 @@ static void a_callback_draws_what_a_mesh_does(void **state)
         assert_string_equal((t)->log, text);            \
     } while (0)
 
+static int never_asked(void *user, uint32_t triangle, const float weights[3])
+{
+    (void)user;
+    (void)triangle;
+    (void)weights;
+    abort();
+}
+
 static void bad_descs_are_named(void **state)
 {
     GL_TEST(t, state)
@@ -509,6 +517,8 @@ static void bad_descs_are_named(void **state)
     CASE(r.d.radiance = NULL, desc, "desc.radiance is NULL");
     CASE(r.mesh.positions = NULL, argument, "mesh.positions is NULL");
     CASE(r.mesh.indices16 = indices16, argument, "mesh.indices and mesh.indices16 are both given");
+    CASE(r.mesh.mask_fn = never_asked, argument,
+         "mesh.mask_fn is set: the GPU cannot call it, and draw_fn draws masks");
     CASE(r.mesh.index_count = 4, argument, "mesh.index_count is 4; it must be a multiple of 3, > 0");
     CASE(r.mesh.index_count = 0, argument, "mesh.index_count is 0; it must be a multiple of 3, > 0");
     CASE((r.mesh.indices = NULL, r.mesh.vertex_count = 7), argument,

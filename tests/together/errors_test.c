@@ -70,7 +70,7 @@ typedef struct any_mesh {
 static const float    corners[12] = { 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1 };
 static const uint32_t triangles[12] = { 0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3 };
 static const any_mesh tetrahedron = { corners, 4, 0, triangles, 12, NULL };
-static const cohsm_mesh  whole_csm = { corners, 4, 0, triangles, 12, NULL };
+static const cohsm_mesh  whole_csm = { corners, 4, 0, triangles, 12, NULL, NULL, NULL };
 static const sfield_mesh whole_sfield = { corners, 4, 0, triangles, 12, NULL, NULL, NULL };
 static const float    identity[16] = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 };
 static float positions[3 * PIXELS], normals[3 * PIXELS], bent[3 * PIXELS], out[3 * PIXELS];
@@ -354,7 +354,8 @@ static unsigned mesh_of_csm(void)
     cohsm_maps *made = NULL;
     cohsm_mesh m;
     unsigned result;
-    memcpy(&m, &mesh, sizeof m);
+    memset(&m, 0, sizeof m);
+    memcpy(&m, &mesh, sizeof mesh);
     result = cohsm_build(&d, &m, &made, NULL);
     cohsm_free(made);
     return result;
@@ -379,7 +380,8 @@ static unsigned mesh_of_shadowfield(void)
     sfield_field *made = NULL;
     sfield_mesh m;
     unsigned result;
-    memcpy(&m, &mesh, sizeof m);
+    memset(&m, 0, sizeof m);
+    memcpy(&m, &mesh, sizeof mesh);
     result = sfield_build(&d, &m, &made, NULL);
     sfield_free(made);
     return result;
@@ -392,7 +394,8 @@ static unsigned mesh_of_envshadow(void)
     envsh_maps *made;
     envsh_mesh m;
     unsigned result;
-    memcpy(&m, &mesh, sizeof m);
+    memset(&m, 0, sizeof m);
+    memcpy(&m, &mesh, sizeof mesh);
     assert_int_equal(envsh_maps_create(NULL, 1, &made), ENVSH_OK);
     assert_int_equal(envsh_maps_begin(made, &one, box), ENVSH_OK);
     result = envsh_maps_draw(made, &m, NULL);
@@ -734,7 +737,8 @@ static unsigned matrix_of_envlights(void)
 static unsigned matrix_of_envshadow(void)
 {
     envsh_mesh m;
-    memcpy(&m, &tetrahedron, sizeof m);
+    memset(&m, 0, sizeof m);
+    memcpy(&m, &tetrahedron, sizeof tetrahedron);
     return envsh_maps_draw(tiles, &m, sheared);
 }
 
