@@ -4271,8 +4271,8 @@ static void sfield__draw_span(sfield__view *v, size_t row, int x0, int x1, const
     }
 }
 
-/* Draws the samples x0 to x1 of a row as sfield__draw_span or sfield__set_bits does, but for those in holes of
-   the mesh's mask. corners: of the triangle, nine floats, 16 apart: x, y and depth of each on the face. */
+/* Draws the samples x0 to x1 of a row as sfield__draw_span or sfield__set_bits does, but for those in holes
+   of the mesh's mask. corners: of the triangle, nine floats, 16 apart: x, y and depth of each on the face. */
 static void sfield__draw_masked_span(const sfield__build *b, sfield__view *v, size_t row, int x0, int x1,
                                      const float *plane, uint32_t owner, const float *corners)
 {
