@@ -189,7 +189,7 @@ $(BUILD)/viewer: $(call objects,examples/viewer) $(filter-out %/main.o,$(call ob
 	$(call say,LINK,$@)$(LINK) $^ $(EX_LIBS) $(GLFW_LIBS) -lm -o $@
 $(eval $(call program,bench,bench))
 $(eval $(call program,gallery,examples/demo))
-$(BUILD)/bench: $(patsubst %,$(OBJ)/examples/render/%.o,ism_lamps ism_mesh ism_gl emitters ground)
+$(BUILD)/bench: $(patsubst %,$(OBJ)/examples/render/%.o,ism_lamps ism_mesh ism_gl emitters ground settings)
 $(BUILD)/bench: $(OBJ)/examples/bake/primitives.o
 
 # The minimal examples stand alone: one file and the header.
