@@ -241,7 +241,7 @@ static void close_scene(scene *s)
 /* Eyes far and near, within the mesh, on its vertices and on the axes. */
 static void eye_of(const scene *s, uint64_t *seed, uint32_t i, float eye[3])
 {
-    const float far = i % 4 == 0 ? 8 : i % 4 == 1 ? 2 : 0.4f;
+    const double far = i % 4 == 0 ? 8 : i % 4 == 1 ? 2 : 0.4;
     uint32_t k, at = rnd_below(seed, (uint32_t)s->m.vertices);
     for (k = 0; k < 3; k++) eye[k] = rnd_in(seed, -far, far);
     if (i % 4 == 3) memcpy(eye, s->b.position + 3 * (size_t)at, 3 * sizeof *eye);
