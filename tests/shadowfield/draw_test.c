@@ -267,7 +267,7 @@ static void compare_views(scene *s, uint64_t seed, uint32_t eyes, uint32_t *draw
                 if (!(v->texel[k] == expected[k]))
                     fail_msg("eye %u, kind of vectors %d, texel %u: %.9g, one by one %.9g", (unsigned)i, simd,
                              (unsigned)k, (double)v->texel[k], (double)expected[k]);
-                *drawn += v->texel[k] > 0;
+                *drawn += !simd && v->texel[k] > 0;
             }
         }
     }
@@ -320,7 +320,7 @@ static void of_equal_triangles_the_first_shines(void **state)
         compare_views(&s, k, 12, &drawn);
         close_scene(&s);
     }
-    assert_true(drawn > 500);
+    assert_true(drawn > 150);
 }
 
 /* Every number of samples that a texel's side may have. */
@@ -426,14 +426,14 @@ static void rays_meet_sixteen_triangles_as_they_meet_each(void **state)
                     assert_int_equal(ray[r].count, expected[r].count);
                     assert_int_equal(ray[r].winding, expected[r].winding);
                     assert_memory_equal(ray[r].at, expected[r].at, sizeof ray[r].at);
-                    met += ray[r].count > 0;
-                    full += ray[r].count == SFIELD__CROSSINGS;
+                    met += !simd && ray[r].count > 0;
+                    full += !simd && ray[r].count == SFIELD__CROSSINGS;
                 }
             }
         }
         close_scene(&s);
     }
-    assert_true(met > 500 && full > 20);
+    assert_true(met > 250 && full > 20);
 }
 
 /* ---- whole fields ---- */
