@@ -5,26 +5,10 @@
 #define CSM_IMPLEMENTATION
 #include "csm.h"
 #include "use.h"
+#include "input.h"
 #include "odd.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
-
-typedef struct input { const uint8_t *data; size_t size, at; } input;
-
-static uint32_t take(input *in) { return in->at < in->size ? in->data[in->at++] : 0u; }
-
-/* Mostly in -1..1, seldom any bits at all. */
-static float take_float(input *in)
-{
-    uint32_t a = take(in), b = take(in);
-    if (a == 255) {
-        uint32_t bits = b << 24 | take(in) << 16 | take(in) << 8 | take(in);
-        float f;
-        memcpy(&f, &bits, sizeof f);
-        return f;
-    }
-    return (float)((int)(a << 8 | b) - 32640) / 32640.0f;
-}
 
 static void take_desc(input *in, cohsm_desc *d, float *locations)
 {
@@ -146,9 +130,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     cohsm_result result;
     odd o;
 
-    in.data = data;
-    in.size = size;
-    in.at = 0;
+    in = input_of(data, size);
     odd_take(&o, data, size);
     take_desc(&in, &d, locations);
     if (d.map_side > 24) d.map_side = 24;

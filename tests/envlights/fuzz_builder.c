@@ -5,26 +5,10 @@
 #define ENVLIGHTS_IMPLEMENTATION
 #include "envlights.h"
 #include "util.h"
+#include "input.h"
 #include "odd.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
-
-typedef struct input { const uint8_t *data; size_t size, at; } input;
-
-static uint32_t take(input *in) { return in->at < in->size ? in->data[in->at++] : 0u; }
-
-/* Mostly in -1..1, seldom any bits at all. */
-static float take_float(input *in)
-{
-    uint32_t a = take(in), b = take(in);
-    if (a == 255) {
-        uint32_t bits = b << 24 | take(in) << 16 | take(in) << 8 | take(in);
-        float f;
-        memcpy(&f, &bits, sizeof f);
-        return f;
-    }
-    return (float)((int)(a << 8 | b) - 32640) / 32640.0f;
-}
 
 static void take_map(input *in, sky *s)
 {
@@ -101,9 +85,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     uint32_t cube, frames, step;
     sky s;
 
-    in.data = data;
-    in.size = size;
-    in.at = 0;
+    in = input_of(data, size);
     cube = take(&in) & 1;
     s = sky_alloc(cube ? ENVLT_PROJECTION_CUBE : ENVLT_PROJECTION_LATLONG, 1 + take(&in) % 12, 1);
     if (!cube) {

@@ -4,26 +4,10 @@
 
 #define ISM_IMPLEMENTATION
 #include "ism.h"
+#include "input.h"
 #include "odd.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
-
-typedef struct input { const uint8_t *data; size_t size, at; } input;
-
-static uint32_t take(input *in) { return in->at < in->size ? in->data[in->at++] : 0u; }
-
-/* Mostly in -1..1, seldom any bits at all. */
-static float take_float(input *in)
-{
-    uint32_t a = take(in), b = take(in);
-    if (a == 255) {
-        uint32_t bits = b << 24 | take(in) << 16 | take(in) << 8 | take(in);
-        float f;
-        memcpy(&f, &bits, sizeof f);
-        return f;
-    }
-    return (float)((int)(a << 8 | b) - 32640) / 32640.0f;
-}
 
 static void take_desc(input *in, ism_desc *d)
 {
@@ -85,9 +69,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     float still[3 * 24];
     uint32_t indices[24], i, k;
 
-    in.data = data;
-    in.size = size;
-    in.at = 0;
+    in = input_of(data, size);
     take_desc(&in, &d);
     if (ism_create(&d, &maps) != ISM_OK) return 0;
     ism_free(maps);

@@ -11,6 +11,7 @@
 #ifndef DAPPLE_ODD_H
 #define DAPPLE_ODD_H
 
+#include "input.h"
 #include "ledger.h"
 #include <stdint.h>
 #include <stdio.h>
@@ -156,6 +157,19 @@ static inline void odd_keep_result(odd *o, int result) { odd_keep(o, &result, si
 static inline void odd_done(const odd *o)
 {
     if (o->memory.live) ODD_ABORT("memory is not given back");
+}
+
+/* Runs a target by usual services, then by odd ones on the same input, and returns whether what it kept differs. */
+static inline int odd_changes(void (*run)(input *in, odd *o, int is_odd), const uint8_t *data, size_t size, odd *o)
+{
+    input in = input_of(data, size);
+    odd usual;
+    odd_take(&usual, NULL, 0);
+    run(&in, &usual, 0);
+    in = input_of(data, size);
+    odd_take(o, data, size);
+    run(&in, o, 1);
+    return o->hash != usual.hash;
 }
 
 static inline void odd_equal(const void *a, const void *b, size_t bytes)
