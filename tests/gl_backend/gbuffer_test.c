@@ -284,28 +284,15 @@ static void attributes_are_where_the_desc_says(void **state)
     glbk_gbuffer_free(&t->gl, &b);
 }
 
-static glbk_texture make_texture(gl_test *t, glbk_format format, uint32_t width, uint32_t height, const void *data)
-{
-    glbk_texture_desc d;
-    glbk_texture texture;
-    memset(&d, 0, sizeof d);
-    d.format = format;
-    d.width = width;
-    d.height = height;
-    d.data = data;
-    assert_glbk(t, glbk_texture_create(&t->gl, &d, &texture));
-    return texture;
-}
-
 static void maps_holes_and_lobes_are_drawn(void **state)
 {
     GL_TEST(t, state)
     static glbk_pixel p[PIXELS];
     static const uint8_t color[8] = { 255, 128, 0, 255, 255, 255, 255, 0 }, gloss[4] = { 255, 128, 64, 255 },
                          bump[4] = { 218, 128, 218, 255 };      /* leans by 45 degrees to the tangent */
-    glbk_texture color_map = make_texture(t, GLBK_FORMAT_RGBA8, 2, 1, color);
-    glbk_texture gloss_map = make_texture(t, GLBK_FORMAT_RGBA8, 1, 1, gloss);
-    glbk_texture normal_map = make_texture(t, GLBK_FORMAT_RGBA8, 1, 1, bump);
+    glbk_texture color_map = gl_texture(t, GLBK_FORMAT_RGBA8, 2, 1, color);
+    glbk_texture gloss_map = gl_texture(t, GLBK_FORMAT_RGBA8, 1, 1, gloss);
+    glbk_texture normal_map = gl_texture(t, GLBK_FORMAT_RGBA8, 1, 1, bump);
     glbk_gbuffer g = make_gbuffer(t, NULL);
     glbk_surface s;
     shape ground = make_floor(t, usual);
@@ -393,7 +380,7 @@ static glbk_texture pack_normals(gl_test *t, const glbk_pixel *p, glbk_normal_pa
         for (k = 0; k < 4; k++)
             bytes[i][k] = is_seen(&p[i]) ? (uint8_t)((floats[i][k] * 0.5f + 0.5f) * 255 + 0.5f) : (uint8_t)0;
     }
-    return unit ? make_texture(t, GLBK_FORMAT_RGBA8, W, H, bytes) : make_texture(t, GLBK_FORMAT_RGBA32F, W, H, floats);
+    return unit ? gl_texture(t, GLBK_FORMAT_RGBA8, W, H, bytes) : gl_texture(t, GLBK_FORMAT_RGBA32F, W, H, floats);
 }
 
 static glbk_texture pack_positions(gl_test *t, const glbk_pixel *p, int view)
@@ -407,7 +394,7 @@ static glbk_texture pack_positions(gl_test *t, const glbk_pixel *p, int view)
         if (view) to_view(p[i].position, 1, floats[i]);
         floats[i][3] = 1;
     }
-    return make_texture(t, GLBK_FORMAT_RGBA32F, W, H, floats);
+    return gl_texture(t, GLBK_FORMAT_RGBA32F, W, H, floats);
 }
 
 static glbk_texture pack_depths(gl_test *t, const glbk_pixel *p, glbk_clip_depth convention)
@@ -430,7 +417,7 @@ static glbk_texture pack_depths(gl_test *t, const glbk_pixel *p, glbk_clip_depth
         }
         depths[i] = (float)(half ? z / w * 0.5 + 0.5 : z / w);
     }
-    return make_texture(t, GLBK_FORMAT_DEPTH32F, W, H, depths);
+    return gl_texture(t, GLBK_FORMAT_DEPTH32F, W, H, depths);
 }
 
 /* What was imported against what had been drawn: as many pixels seen; the rest within the bounds. */
@@ -540,7 +527,7 @@ static int count_behind(gl_test *t, glbk_gbuffer *g, float z)
     static float seen[PIXELS][4];
     static const float zero[4] = { 0, 0, 0, 0 };
     char defines[40];
-    glbk_texture color = make_texture(t, GLBK_FORMAT_RGBA8, W, H, NULL);
+    glbk_texture color = gl_texture(t, GLBK_FORMAT_RGBA8, W, H, NULL);
     glbk_target_desc targets;
     glbk_target target;
     glbk_source source;
@@ -611,7 +598,7 @@ static void a_depth_texture_of_the_users_is_drawn_with_and_left_alone(void **sta
 {
     GL_TEST(t, state)
     static glbk_pixel p[PIXELS];
-    glbk_texture depth = make_texture(t, GLBK_FORMAT_DEPTH24, W, H, NULL), normals;
+    glbk_texture depth = gl_texture(t, GLBK_FORMAT_DEPTH24, W, H, NULL), normals;
     glbk_gbuffer_desc d;
     glbk_gbuffer g;
     glbk_import in;
@@ -659,10 +646,10 @@ static void colours_gloss_openness_and_entities_are_imported(void **state)
     memset(&in, 0, sizeof in);
     places = pack_positions(t, p, 0);
     normals = pack_normals(t, p, GLBK_NORMAL_PACKING_FLOAT, 0);
-    color_map = make_texture(t, GLBK_FORMAT_RGBA8, W, H, color);
-    gloss_map = make_texture(t, GLBK_FORMAT_RGBA8, W, H, gloss);
-    open_map = make_texture(t, GLBK_FORMAT_R8, W, H, open);
-    entities = make_texture(t, GLBK_FORMAT_R8UI, W, H, entity);
+    color_map = gl_texture(t, GLBK_FORMAT_RGBA8, W, H, color);
+    gloss_map = gl_texture(t, GLBK_FORMAT_RGBA8, W, H, gloss);
+    open_map = gl_texture(t, GLBK_FORMAT_R8, W, H, open);
+    entities = gl_texture(t, GLBK_FORMAT_R8UI, W, H, entity);
     in.positions = &places;
     in.normals = in.geometric_normals = &normals;
     in.material.kind = LSAMP_MATERIAL_METAL_ROUGH;
@@ -746,8 +733,8 @@ static void bad_arguments_of_a_gbuffer_are_refused(void **state)
     GL_TEST(t, state)
     static glbk_pixel p[PIXELS];
     glbk_gbuffer g = make_gbuffer(t, NULL), none, h;
-    glbk_texture places = make_texture(t, GLBK_FORMAT_RGBA32F, W, H, NULL);
-    glbk_texture small = make_texture(t, GLBK_FORMAT_RGBA32F, W, H - 1, NULL);
+    glbk_texture places = gl_texture(t, GLBK_FORMAT_RGBA32F, W, H, NULL);
+    glbk_texture small = gl_texture(t, GLBK_FORMAT_RGBA32F, W, H - 1, NULL);
     glbk_gbuffer_desc d;
     glbk_surface s = floor_surface();
     glbk_import in;
@@ -839,7 +826,7 @@ static void state_is_left_or_put_back(void **state)
     glbk_gbuffer g;
     glbk_surface s = floor_surface();
     glbk_import in;
-    glbk_texture places = make_texture(t, GLBK_FORMAT_RGBA32F, W, H, NULL);
+    glbk_texture places = gl_texture(t, GLBK_FORMAT_RGBA32F, W, H, NULL);
     gl_hostile h;
     memset(&d, 0, sizeof d);
     memset(&in, 0, sizeof in);

@@ -220,6 +220,19 @@ static inline double gl_corner_grid(const gl_test *t)
     return bits >= 8 ? 256.0 : 1 << bits;
 }
 
+static inline glbk_texture gl_texture(gl_test *t, glbk_format format, uint32_t width, uint32_t height, const void *data)
+{
+    glbk_texture_desc d;
+    glbk_texture texture;
+    memset(&d, 0, sizeof d);
+    d.format = format;
+    d.width = width;
+    d.height = height;
+    d.data = data;
+    assert_glbk(t, glbk_texture_create(&t->gl, &d, &texture));
+    return texture;
+}
+
 /* One colour target and its texture. */
 typedef struct gl_canvas { glbk_texture color, depth; glbk_target target; } gl_canvas;
 

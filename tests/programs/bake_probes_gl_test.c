@@ -128,19 +128,6 @@ static char *read_glsl(void)
     return text;
 }
 
-static glbk_texture upload(gl_test *t, glbk_format format, uint32_t width, uint32_t height, const float *data)
-{
-    glbk_texture_desc d;
-    glbk_texture texture;
-    memset(&d, 0, sizeof d);
-    d.format = format;
-    d.width = width;
-    d.height = height;
-    d.data = data;
-    assert_glbk(t, glbk_texture_create(&t->gl, &d, &texture));
-    return texture;
-}
-
 /* Fills the answers: each pixel asks for one point. */
 static void ask(gl_test *t, const field *f, questions *q)
 {
@@ -152,9 +139,9 @@ static void ask(gl_test *t, const field *f, questions *q)
     glbk_source s = { 0 };
     glbk_program program;
     glbk_pass pass = { 0 };
-    textures[0] = upload(t, GLBK_FORMAT_R32F, FLOATS, (uint32_t)(f->grid[0] * f->grid[1] * f->grid[2]), f->floats);
-    textures[1] = upload(t, GLBK_FORMAT_RGBA32F, ACROSS, ACROSS, q->points);
-    textures[2] = upload(t, GLBK_FORMAT_RGBA32F, ACROSS, ACROSS, q->normals);
+    textures[0] = gl_texture(t, GLBK_FORMAT_R32F, FLOATS, (uint32_t)(f->grid[0] * f->grid[1] * f->grid[2]), f->floats);
+    textures[1] = gl_texture(t, GLBK_FORMAT_RGBA32F, ACROSS, ACROSS, q->points);
+    textures[2] = gl_texture(t, GLBK_FORMAT_RGBA32F, ACROSS, ACROSS, q->normals);
     snprintf(text, sizeof text,
              "%s\nuniform highp sampler2D probes;\nuniform highp sampler2D points;\nuniform highp sampler2D normals;\n"
              "layout(location = 0) out glbk_color result;\nvoid main()\n{\n"
