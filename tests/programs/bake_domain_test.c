@@ -1,23 +1,15 @@
 /* bake_domain_test - bake csm --domain: where the maps of each domain look from, against its formula; that the file's
    depths are right; shards and parts; what lamps behind a wall see; domains and files of places that it must refuse. */
 #define _POSIX_C_SOURCE 200809L
-#include "program.h"
+#include "bake.h"
 #include "csm.h"
 #include "glb.h"
 
 #define SMALL "--set map_side=16 "
 
-static void path_of(char *path, const char *name) { snprintf(path, 128, "%.40s/%.60s", folder, name); }
-
-static void bake(const char *arguments)
-{
-    if (run("bake", arguments) != 0)
-        fail_msg("bake %s: %s", arguments, output);
-}
-
 static void write_text(const char *name, const char *text)
 {
-    char path[128];
+    char path[PATH_ROOM];
     FILE *file;
     path_of(path, name);
     file = fopen(path, "w");
@@ -30,7 +22,7 @@ static void write_text(const char *name, const char *text)
 static cohsm_maps *open_maps(const char *name, void **data)
 {
     cohsm_maps *maps;
-    char path[128];
+    char path[PATH_ROOM];
     FILE *file;
     size_t size;
     path_of(path, name);

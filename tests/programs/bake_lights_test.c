@@ -1,21 +1,15 @@
 /* bake_lights_test - bake lights: the energy of a sky is that of its lights, by every method; lights of a folder of
    skies keep their numbers; what cannot be read leaves no file. */
 #define _POSIX_C_SOURCE 200809L
-#include "program.h"
+#include "bake.h"
 
 #include <math.h>
 #include <sys/stat.h>
 
-static void bake(const char *arguments)
-{
-    if (run("bake", arguments) != 0)
-        fail_msg("bake %s: %s", arguments, output);
-}
-
 /* The whole file, for free(). */
 static char *text_of(const char *name)
 {
-    char path[128], *text = (char *)calloc(1 << 20, 1);
+    char path[PATH_ROOM], *text = (char *)calloc(1 << 20, 1);
     FILE *file;
     snprintf(path, sizeof path, "%s/%s", folder, name);
     file = fopen(path, "rb");
@@ -29,7 +23,7 @@ static char *text_of(const char *name)
 /* A flat .hdr of 64 x 32 texels: grey above, and one bright texel in column x. */
 static void save_sky(const char *name, int x)
 {
-    char path[128];
+    char path[PATH_ROOM];
     FILE *file;
     snprintf(path, sizeof path, "%s/%s", folder, name);
     file = fopen(path, "wb");
@@ -88,7 +82,7 @@ static int ids_of(const char *text, int frame, int *ids)
 
 static void lights_of_a_folder_persist(void **state)
 {
-    char path[128], *text;
+    char path[PATH_ROOM], *text;
     int first[64], second[64], third[64], kept = 0;
     struct stat status;
     (void)state;
