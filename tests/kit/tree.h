@@ -4,12 +4,14 @@
 #ifndef TREE_H
 #define TREE_H
 
+#include "common.h"
+
 #include <math.h>
 #include <stdint.h>
 
 #define TREE "--camera 0,2.5,8,0,1.6,0,40 --set ground=0 --light sun:0.3,0.8,0.5"
 
-enum { TREE_CARDS = 300, TREE_SIDE = 64, TREE_ROW = 1 + 4 * TREE_SIDE };
+enum { TREE_CARDS = 300, TREE_SIDE = 64 };
 
 static inline double tree_next(uint64_t *seed)
 {
@@ -27,18 +29,18 @@ static inline FILE *tree_open(const char *name)
     return file;
 }
 
-/* Rows of the picture as PNG has them: ten leaves, ellipses at random. */
-static inline void tree_draw(uint8_t *rows)
+/* Ten leaves, ellipses at random, in RGBA. */
+static inline void tree_draw(uint8_t *pixels)
 {
     uint64_t seed = 11;
-    memset(rows, 0, TREE_ROW * TREE_SIDE);
+    memset(pixels, 0, 4 * TREE_SIDE * TREE_SIDE);
     for (int leaf = 0; leaf < 10; leaf++) {
         double cx = 8 + 48 * tree_next(&seed), cy = 8 + 48 * tree_next(&seed), turn = 3.14 * tree_next(&seed);
         double length = 7 + 5 * tree_next(&seed);
         for (int y = 0; y < TREE_SIDE; y++)
             for (int x = 0; x < TREE_SIDE; x++) {
                 double u = (x - cx) * cos(turn) + (y - cy) * sin(turn), v = (y - cy) * cos(turn) - (x - cx) * sin(turn);
-                uint8_t *texel = rows + TREE_ROW * y + 1 + 4 * x;
+                uint8_t *texel = pixels + 4 * (TREE_SIDE * y + x);
                 texel[0] = 90;
                 texel[1] = 150;
                 texel[2] = 60;
@@ -47,58 +49,18 @@ static inline void tree_draw(uint8_t *rows)
     }
 }
 
-static inline uint32_t tree_crc(const uint8_t *data, size_t size)
-{
-    uint32_t crc = UINT32_MAX;
-    for (size_t i = 0; i < size; i++) {
-        crc ^= data[i];
-        for (int k = 0; k < 8; k++) crc = crc >> 1 ^ (crc & 1 ? 0xedb88320u : 0);
-    }
-    return ~crc;
-}
-
-static inline void tree_big(uint8_t *to, uint32_t value)
-{
-    for (int k = 0; k < 4; k++) to[k] = (uint8_t)(value >> (24 - 8 * k));
-}
-
-static inline void tree_chunk(FILE *file, const char *kind, const uint8_t *data, size_t size)
-{
-    static uint8_t chunk[12 + 70000];
-    tree_big(chunk, (uint32_t)size);
-    memcpy(chunk + 4, kind, 4);
-    if (size) memcpy(chunk + 8, data, size);
-    tree_big(chunk + 8 + size, tree_crc(chunk + 4, size + 4));
-    assert_int_equal(fwrite(chunk, 1, size + 12, file), size + 12);
-}
-
-/* A PNG whose rows are stored as they are: one block of deflate. */
 static inline void tree_write_picture(void)
 {
-    static uint8_t stream[11 + TREE_ROW * TREE_SIDE];
-    static const uint8_t signature[8] = { 0x89, 'P', 'N', 'G', 13, 10, 26, 10 };
-    const uint32_t size = TREE_ROW * TREE_SIDE;
-    uint8_t head[13] = { 0, 0, 0, TREE_SIDE, 0, 0, 0, TREE_SIDE, 8, 6, 0, 0, 0 };
-    uint32_t a = 1, b = 0;
+    static uint8_t pixels[4 * TREE_SIDE * TREE_SIDE];
+    size_t size;
+    void *png;
     FILE *file = tree_open("tree.png");
-    tree_draw(stream + 7);
-    for (uint32_t i = 0; i < size; i++) {
-        a = (a + stream[7 + i]) % 65521;
-        b = (b + a) % 65521;
-    }
-    stream[0] = 0x78;
-    stream[1] = 0x01;
-    stream[2] = 1;
-    stream[3] = (uint8_t)size;
-    stream[4] = (uint8_t)(size >> 8);
-    stream[5] = (uint8_t)~size;
-    stream[6] = (uint8_t)(~size >> 8);
-    tree_big(stream + 7 + size, b << 16 | a);
-    assert_int_equal(fwrite(signature, 1, 8, file), 8);
-    tree_chunk(file, "IHDR", head, sizeof head);
-    tree_chunk(file, "IDAT", stream, 11 + size);
-    tree_chunk(file, "IEND", NULL, 0);
+    tree_draw(pixels);
+    png = ex_png_encode(TREE_SIDE, TREE_SIDE, 4, 8, pixels, &size);
+    assert_non_null(png);
+    assert_int_equal(fwrite(png, 1, size, file), size);
     assert_int_equal(fclose(file), 0);
+    free(png);
 }
 
 /* Corners of the cards and then of floor and wall, texture coordinates, indices. Little-endian, as glTF has it. */
