@@ -6587,20 +6587,20 @@ static SFIELD__IN_VIEW sfield__lanes sfield__lanes_up(sfield__lanes a)
 }
 
 static SFIELD__IN_VIEW sfield__lanes sfield__lanes_min3(sfield__lanes a, sfield__lanes b,
-                                                                 sfield__lanes c)
+                                                        sfield__lanes c)
 {
     return sfield__lanes_min(sfield__lanes_min(a, b), c);
 }
 
 static SFIELD__IN_VIEW sfield__lanes sfield__lanes_max3(sfield__lanes a, sfield__lanes b,
-                                                                 sfield__lanes c)
+                                                        sfield__lanes c)
 {
     return sfield__lanes_max(sfield__lanes_max(a, b), c);
 }
 
 /* Loads the corners of sixteen triangles from planes that are `room` apart, about an eye. */
 static SFIELD__IN_VIEW sfield__trio sfield__load_trio(const float *from, size_t room,
-                                                               const float *eye)
+                                                      const float *eye)
 {
     const sfield__lanes3 origin = sfield__lanes3_all(eye[0], eye[1], eye[2]);
     sfield__trio t;
@@ -6614,7 +6614,7 @@ static SFIELD__IN_VIEW sfield__trio sfield__load_trio(const float *from, size_t 
 
 /* Loads triangles by their numbers, sixteen of them. */
 static SFIELD__IN_VIEW sfield__trio sfield__pick_trio(const float *from, size_t room,
-                                                               const float *eye, const uint32_t *number)
+                                                      const float *eye, const uint32_t *number)
 {
     float all[9 * 16];
     uint32_t k, l;
@@ -6656,7 +6656,7 @@ static SFIELD__IN_VIEW uint32_t sfield__on_one_face(const sfield__trio *t, sfiel
 /* Turns the corners of triangles as sfield__to_face does, each to a face of its own, on which the corners
    lie: the part along the axis is its absolute value. */
 static SFIELD__IN_VIEW sfield__trio sfield__turn_to_sides(const sfield__trio *t,
-                                                                   const sfield__sides *on)
+                                                          const sfield__sides *on)
 {
     const sfield__lanes one = sfield__lanes_all(1), minus = sfield__lanes_all(-1);
     const sfield__lanes front = sfield__lanes_select(on->front, one, minus);
@@ -6762,7 +6762,7 @@ static SFIELD__IN_VIEW uint32_t sfield__find_cones(const sfield__trio *q, sfield
 
 /* Finds the samples of a row t inside an edge: narrows low..high. */
 static SFIELD__IN_VIEW void sfield__cut_rows(const sfield__edge *e, sfield__lanes t, float half,
-                                                      sfield__lanes *low, sfield__lanes *high)
+                                             sfield__lanes *low, sfield__lanes *high)
 {
     const sfield__lanes c = sfield__lanes_add(sfield__lanes_mul(e->c.y, t), e->c.z);
     const sfield__lanes part = sfield__lanes_sub(sfield__lanes_all(1), sfield__lanes_mul(c, e->inverse));
@@ -6806,9 +6806,9 @@ static SFIELD__IN_VIEW void sfield__store_trio(const sfield__trio *q, float *to)
 /* Draws the triangles that `bits` names, each within its box on its face, which they are turned to.
    number: of each lane, read where there are depths or a mask. */
 static SFIELD__IN_VIEW void sfield__draw_rows(const sfield__build *b, sfield__view *v,
-                                                       const sfield__trio *q, sfield__lanes face,
-                                                       const sfield__boxes *box, uint32_t bits,
-                                                       const uint32_t *number)
+                                              const sfield__trio *q, sfield__lanes face,
+                                              const sfield__boxes *box, uint32_t bits,
+                                              const uint32_t *number)
 {
     const float half = 0.5f * (float)v->width;
     const size_t words = v->width / 64;
