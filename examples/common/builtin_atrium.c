@@ -301,6 +301,20 @@ static void add_walls(ex_builder *b, const atrium_look *look)
     add_ashlar(b, look, 2 * wall_z, -EX_PI / 2, v3_make(wall_x, 0, -wall_z));
 }
 
+/* What stands behind the ashlar, which is a sheet: a shadow map sees the sun on the outer face of a wall half a metre
+   thick, not on the joints of the stones within. */
+static void add_outer_walls(ex_builder *b, const atrium_look *look)
+{
+    const float gap = 0.12f, thick = 0.5f, top = 10.5f;
+    for (int side = -1; side <= 1; side += 2) {
+        float s = (float)side, x0 = s * (wall_x + gap), x1 = x0 + s * thick, z0 = s * (wall_z + gap);
+        float z1 = z0 + s * thick;
+        float x = wall_x + gap + thick, z = wall_z + gap;
+        ex_build_block(b, v3_make(fminf(x0, x1), -0.2f, -z), v3_make(fmaxf(x0, x1), top, z), 0.01f, look->plaster);
+        ex_build_block(b, v3_make(-x, -0.2f, fminf(z0, z1)), v3_make(x, top, fmaxf(z0, z1)), 0.01f, look->plaster);
+    }
+}
+
 /* Rows of round tiles that rise from the court's edge to the outer wall; the four sides meet on the diagonals. */
 typedef struct roof { float edge, depth, across; } roof;
 
@@ -382,6 +396,7 @@ static void add_galleries(ex_builder *b, const atrium_look *look)
     add_floor(b, look, upper, 1);
     ex_build_object(b, "upper floor", ex_build_finish(b));
     add_walls(b, look);
+    add_outer_walls(b, look);
     ex_build_object(b, "walls", ex_build_finish(b));
     add_roof(b, look);
     ex_build_object(b, "roof", ex_build_finish(b));

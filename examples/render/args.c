@@ -354,7 +354,8 @@ static int keep_for_later(rd_args *args, const char *value, char *error)
 static const struct { const char *name; int (*set)(rd_args *args, const char *value, char *error); } options[] = {
     { "--technique", set_technique }, { "--backend", set_backend }, { "--scene", set_scene }, { "--env", set_env },
     { "--light", set_light }, { "--baked", set_baked }, { "--camera", set_camera }, { "--size", set_size },
-    { "--samples", keep_for_later }, { "--frames", set_frames }, { "--time", set_time }, { "--seed", set_seed }, { "--threads", set_threads },
+    { "--samples", keep_for_later }, { "--frames", set_frames }, { "--time", set_time }, { "--seed", set_seed },
+    { "--threads", set_threads },
     { "--set", keep_for_later }, { "--out", set_out }, { "--json", set_json }, { "--limit-memory", set_limit_memory },
 };
 
