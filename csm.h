@@ -1759,6 +1759,25 @@ static inline COHSM__COLD void cohsm__log_index(const cohsm__logger *logger, con
     logger->log(logger->user, m.text);
 }
 
+/* ==== src/shared/bound.h ==== */
+
+/* unit bound, needs message: the line for a number that is beyond what an object or an earlier call allows */
+
+/* Logs "FUNCTION: FIELD is VALUE; it must be RELATION BOUND, NAME", as in "cohsm_view: view is 9; it must be
+   below 8, the number of views". */
+static inline COHSM__COLD void cohsm__log_bound(const cohsm__logger *logger, const char *field, uint64_t value,
+                                      const char *relation, uint64_t bound, const char *name)
+{
+    cohsm__message m;
+    m.used = 0;
+    cohsm__message_text(&m, relation);
+    cohsm__message_text(&m, " ");
+    cohsm__message_count(&m, bound);
+    cohsm__message_text(&m, ", ");
+    cohsm__message_text(&m, name);
+    cohsm__log_value(logger, field, (double)value, m.text);
+}
+
 /* ==== src/shared/hot.h ==== */
 
 /* unit hot, needs fp_begin: attributes of functions that take most of the time */
@@ -4311,7 +4330,7 @@ COHSM_DEF cohsm_result cohsm_builder_view(const cohsm_builder *b, uint32_t index
     log = cohsm__logger_of(&b->desc.system, "cohsm_builder_view");
     if (!out) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "out", "is NULL");
     if (index >= b->head.view_count) {
-        cohsm__log_value(&log, "index", (double)index, "below the number of views");
+        cohsm__log_bound(&log, "index", index, "below", b->head.view_count, "the number of views");
         return COHSM_ERR_ARGUMENT;
     }
     memset(out, 0, sizeof *out);
@@ -4376,7 +4395,7 @@ COHSM_DEF cohsm_result cohsm_builder_add(cohsm_builder *b, uint32_t index, const
     if (b->finished)
         return cohsm__refuse(&log, COHSM_ERR_ORDER, "the builder", "has ended, or failed before");
     if (index >= b->head.view_count) {
-        cohsm__log_value(&log, "index", (double)index, "below the number of views");
+        cohsm__log_bound(&log, "index", index, "below", b->head.view_count, "the number of views");
         return COHSM_ERR_ORDER;
     }
     if (index != b->batch_begin + b->batch_count) {
@@ -5326,7 +5345,7 @@ COHSM_DEF cohsm_result cohsm_location(const cohsm_maps *m, uint32_t map, float o
     if (!m) return COHSM_ERR_ARGUMENT;
     if (!out) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "out", "is NULL");
     if (map >= m->head.map_count) {
-        cohsm__log_value(&log, "map", (double)map, "below map_count");
+        cohsm__log_bound(&log, "map", map, "below", m->head.map_count, "the number of maps");
         return COHSM_ERR_ARGUMENT;
     }
     cohsm__v3_store(out, cohsm__cell_location(&m->head, m->locations, map));
@@ -5361,7 +5380,7 @@ COHSM_DEF cohsm_result cohsm_depths(const cohsm_maps *m, uint32_t view, uint16_t
     if (!m) return COHSM_ERR_ARGUMENT;
     if (!out) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "out", "is NULL");
     if (view >= m->head.view_count) {
-        cohsm__log_value(&log, "view", (double)view, "below view_count");
+        cohsm__log_bound(&log, "view", view, "below", m->head.view_count, "the number of views");
         return COHSM_ERR_ARGUMENT;
     }
     cohsm__cell_split(m->head.side, view % m->head.map_count, c);

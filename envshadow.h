@@ -774,6 +774,25 @@ static inline ENVSH__COLD void envsh__log_index(const envsh__logger *logger, con
     logger->log(logger->user, m.text);
 }
 
+/* ==== src/shared/bound.h ==== */
+
+/* unit bound, needs message: the line for a number that is beyond what an object or an earlier call allows */
+
+/* Logs "FUNCTION: FIELD is VALUE; it must be RELATION BOUND, NAME", as in "cohsm_view: view is 9; it must be
+   below 8, the number of views". */
+static inline ENVSH__COLD void envsh__log_bound(const envsh__logger *logger, const char *field, uint64_t value,
+                                      const char *relation, uint64_t bound, const char *name)
+{
+    envsh__message m;
+    m.used = 0;
+    envsh__message_text(&m, relation);
+    envsh__message_text(&m, " ");
+    envsh__message_count(&m, bound);
+    envsh__message_text(&m, ", ");
+    envsh__message_text(&m, name);
+    envsh__log_value(logger, field, (double)value, m.text);
+}
+
 /* ==== src/shared/v3.h ==== */
 
 /* unit v3: three floats */
@@ -1037,6 +1056,13 @@ static envsh_result envsh__refuse(const envsh__logger *logger, const char *field
 {
     envsh__log_value(logger, field, value, wanted);
     return result;
+}
+
+/* Logs that there is no map of a light. */
+static envsh_result envsh__refuse_light(const envsh__logger *logger, uint32_t light, uint32_t count)
+{
+    envsh__log_bound(logger, "light", light, "below", count, "the count of the last begin");
+    return ENVSH_ERR_ARGUMENT;
 }
 
 /* Logs that a field is what the text says, as in "mesh is NULL", and returns the result. */
@@ -1439,9 +1465,10 @@ ENVSH_DEF envsh_result envsh_maps_begin(envsh_maps *m, const envsh_lights *light
     envsh_result result = ENVSH_OK;
     if (!m) return ENVSH_ERR_ARGUMENT;
     logger = envsh__make_logger(&m->system, "envsh_maps_begin");
-    if (count > m->capacity)
-        return envsh__refuse(&logger, "lights.count", count, "at most the capacity of the maps",
-                             ENVSH_ERR_LIMIT);
+    if (count > m->capacity) {
+        envsh__log_bound(&logger, "lights.count", count, "at most", m->capacity, "the capacity of the maps");
+        return ENVSH_ERR_LIMIT;
+    }
     if (lights) result = envsh__check_lights(lights, &logger);
     if (result == ENVSH_OK) result = envsh__check_bounds(&bounds, &logger);
     if (result != ENVSH_OK) return result;
@@ -1816,9 +1843,7 @@ ENVSH_DEF envsh_result envsh_maps_set(envsh_maps *m, uint32_t light, const float
     if (!depth) return envsh__refuse_text(&logger, "depth", "is NULL", ENVSH_ERR_ARGUMENT);
     result = envsh__check_phase(m, &logger);
     if (result != ENVSH_OK) return result;
-    if (light >= m->count)
-        return envsh__refuse(&logger, "light", light, "below the count of the last begin",
-                             ENVSH_ERR_ARGUMENT);
+    if (light >= m->count) return envsh__refuse_light(&logger, light, m->count);
     if (!stride) stride = packed;
     if (stride < packed || stride % 4)
         return envsh__refuse(&logger, "row_stride", (double)stride,
@@ -2357,9 +2382,7 @@ ENVSH_DEF envsh_result envsh_visible(const envsh_maps *maps, uint32_t light, con
     result = envsh__check_query(query, &q, &logger);
     if (result == ENVSH_OK) result = envsh__check_points(points, visible, "visible", &logger);
     if (result == ENVSH_OK) result = envsh__check_finished(maps, &logger);
-    if (result == ENVSH_OK && light >= maps->count)
-        result = envsh__refuse(&logger, "light", light, "below the count of the last begin",
-                               ENVSH_ERR_ARGUMENT);
+    if (result == ENVSH_OK && light >= maps->count) result = envsh__refuse_light(&logger, light, maps->count);
     return result == ENVSH_OK ? envsh__run_shading(maps, &q, points, visible, light) : result;
 }
 

@@ -1263,6 +1263,25 @@ static inline LSAMP__COLD void lsamp__log_index(const lsamp__logger *logger, con
     logger->log(logger->user, m.text);
 }
 
+/* ==== src/shared/bound.h ==== */
+
+/* unit bound, needs message: the line for a number that is beyond what an object or an earlier call allows */
+
+/* Logs "FUNCTION: FIELD is VALUE; it must be RELATION BOUND, NAME", as in "cohsm_view: view is 9; it must be
+   below 8, the number of views". */
+static inline LSAMP__COLD void lsamp__log_bound(const lsamp__logger *logger, const char *field, uint64_t value,
+                                      const char *relation, uint64_t bound, const char *name)
+{
+    lsamp__message m;
+    m.used = 0;
+    lsamp__message_text(&m, relation);
+    lsamp__message_text(&m, " ");
+    lsamp__message_count(&m, bound);
+    lsamp__message_text(&m, ", ");
+    lsamp__message_text(&m, name);
+    lsamp__log_value(logger, field, (double)value, m.text);
+}
+
 /* ==== src/lightsampling/numbers.h ==== */
 
 /* ---- numbers: what lights and materials share ---- */
@@ -2824,7 +2843,7 @@ LSAMP_DEF lsamp_result lsamp_light_init(const lsamp_light_desc *desc, void *memo
     if ((uintptr_t)memory & 7u)
         return lsamp__refuse(&log, LSAMP_ERR_MEMORY, "memory", "is not aligned to 8 bytes");
     if (memory_bytes < bytes) {
-        lsamp__log_value(&log, "memory_bytes", (double)memory_bytes, "at least lsamp_light_bytes(desc)");
+        lsamp__log_bound(&log, "memory_bytes", memory_bytes, "at least", bytes, "lsamp_light_bytes(desc)");
         return LSAMP_ERR_MEMORY;
     }
     memset(l, 0, sizeof *l);

@@ -1514,6 +1514,25 @@ static inline RSM__COLD void rsm__log_index(const rsm__logger *logger, const cha
     logger->log(logger->user, m.text);
 }
 
+/* ==== src/shared/bound.h ==== */
+
+/* unit bound, needs message: the line for a number that is beyond what an object or an earlier call allows */
+
+/* Logs "FUNCTION: FIELD is VALUE; it must be RELATION BOUND, NAME", as in "cohsm_view: view is 9; it must be
+   below 8, the number of views". */
+static inline RSM__COLD void rsm__log_bound(const rsm__logger *logger, const char *field, uint64_t value,
+                                      const char *relation, uint64_t bound, const char *name)
+{
+    rsm__message m;
+    m.used = 0;
+    rsm__message_text(&m, relation);
+    rsm__message_text(&m, " ");
+    rsm__message_count(&m, bound);
+    rsm__message_text(&m, ", ");
+    rsm__message_text(&m, name);
+    rsm__log_value(logger, field, (double)value, m.text);
+}
+
 /* ==== src/rsm/arguments.h ==== */
 
 /* ---- arguments: results, strides, systems, points ---- */
@@ -1588,6 +1607,14 @@ static inline int rsm__check_range(const rsm__logger *log, const char *field, do
 {
     if (value >= low && value <= high) return 1;
     rsm__log_value(log, field, value, wanted);
+    return 0;
+}
+
+/* Returns whether a face is one of a map's, and logs it if it is not. */
+static inline int rsm__check_face(const rsm__logger *log, uint32_t face, uint32_t count)
+{
+    if (face < count) return 1;
+    rsm__log_bound(log, "face", face, "below", count, "the number of faces");
     return 0;
 }
 
@@ -1986,8 +2013,7 @@ RSM_DEF rsm_result rsm_map_matrix(const rsm_map *map, uint32_t face, float world
     rsm__logger log = rsm__logger_of(map ? &map->desc.system : NULL, "rsm_map_matrix");
     if (!map) return RSM_ERR_ARGUMENT;
     if (!world_to_clip) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "world_to_clip", "is NULL");
-    if (!rsm__check_range(&log, "face", face, 0, map->faces - 1u, "below face_count"))
-        return RSM_ERR_ARGUMENT;
+    if (!rsm__check_face(&log, face, map->faces)) return RSM_ERR_ARGUMENT;
     rsm__face_frame(map, face, &r, &u, &a);
     p = rsm__v3_load(map->desc.light.position);
     n = map->desc.light.near_depth;
@@ -2101,7 +2127,8 @@ RSM_DEF rsm_result rsm_map_init(const rsm_desc *desc, void *memory, size_t memor
         return RSM_ERR_LIMIT;
     }
     if (memory_bytes < rsm__map_bytes(&map)) {
-        rsm__log_value(&log, "memory_bytes", (double)memory_bytes, "at least rsm_map_bytes(desc)");
+        rsm__log_bound(&log, "memory_bytes", memory_bytes, "at least", rsm__map_bytes(&map),
+                       "rsm_map_bytes(desc)");
         return RSM_ERR_MEMORY;
     }
     if ((uintptr_t)memory % 8 != 0)
@@ -2148,7 +2175,8 @@ RSM_DEF rsm_result rsm_map_restart(rsm_map *map, const rsm_light *light)
     result = rsm__set_map_desc(&log, &next, &desc);
     if (result != RSM_OK) return result;
     if (next.faces > map->room) {
-        rsm__log_value(&log, "the face count of light", next.faces, "at most what the map was made with");
+        rsm__log_bound(&log, "the face count of light", next.faces, "at most", map->room,
+                       "what the map was made with");
         return RSM_ERR_LIMIT;
     }
     next.room = map->room;
@@ -2414,8 +2442,7 @@ RSM_DEF rsm_result rsm_fill(rsm_map *map, uint32_t face, const rsm_buffers *buff
     if (!map) return RSM_ERR_ARGUMENT;
     result = rsm__buffers_check(&log, buffers);
     if (result != RSM_OK) return result;
-    if (!rsm__check_range(&log, "face", face, 0, map->faces - 1u, "below face_count"))
-        return RSM_ERR_ARGUMENT;
+    if (!rsm__check_face(&log, face, map->faces)) return RSM_ERR_ARGUMENT;
     if (map->finished) return rsm__refuse(&log, RSM_ERR_ORDER, "map", "is finished");
     f.map = map;
     f.face = face;
@@ -5106,7 +5133,7 @@ RSM_DEF rsm_result rsm_pixel_lights(const rsm_map *const *maps, size_t map_count
     }
     *count = needed;
     if (capacity < needed) {
-        rsm__log_value(&log, "capacity", (double)capacity, "at least *count, which was written");
+        rsm__log_bound(&log, "capacity", capacity, "at least", needed, "which *count says");
         return RSM_ERR_MEMORY;
     }
     for (m = 0, needed = 0; m < map_count; m++)

@@ -188,7 +188,7 @@ COHSM_DEF cohsm_result cohsm_builder_view(const cohsm_builder *b, uint32_t index
     log = cohsm__logger_of(&b->desc.system, "cohsm_builder_view");
     if (!out) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "out", "is NULL");
     if (index >= b->head.view_count) {
-        cohsm__log_value(&log, "index", (double)index, "below the number of views");
+        cohsm__log_bound(&log, "index", index, "below", b->head.view_count, "the number of views");
         return COHSM_ERR_ARGUMENT;
     }
     memset(out, 0, sizeof *out);
@@ -253,7 +253,7 @@ COHSM_DEF cohsm_result cohsm_builder_add(cohsm_builder *b, uint32_t index, const
     if (b->finished)
         return cohsm__refuse(&log, COHSM_ERR_ORDER, "the builder", "has ended, or failed before");
     if (index >= b->head.view_count) {
-        cohsm__log_value(&log, "index", (double)index, "below the number of views");
+        cohsm__log_bound(&log, "index", index, "below", b->head.view_count, "the number of views");
         return COHSM_ERR_ORDER;
     }
     if (index != b->batch_begin + b->batch_count) {

@@ -47,7 +47,7 @@ COHSM_DEF cohsm_result cohsm_location(const cohsm_maps *m, uint32_t map, float o
     if (!m) return COHSM_ERR_ARGUMENT;
     if (!out) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "out", "is NULL");
     if (map >= m->head.map_count) {
-        cohsm__log_value(&log, "map", (double)map, "below map_count");
+        cohsm__log_bound(&log, "map", map, "below", m->head.map_count, "the number of maps");
         return COHSM_ERR_ARGUMENT;
     }
     cohsm__v3_store(out, cohsm__cell_location(&m->head, m->locations, map));
@@ -82,7 +82,7 @@ COHSM_DEF cohsm_result cohsm_depths(const cohsm_maps *m, uint32_t view, uint16_t
     if (!m) return COHSM_ERR_ARGUMENT;
     if (!out) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "out", "is NULL");
     if (view >= m->head.view_count) {
-        cohsm__log_value(&log, "view", (double)view, "below view_count");
+        cohsm__log_bound(&log, "view", view, "below", m->head.view_count, "the number of views");
         return COHSM_ERR_ARGUMENT;
     }
     cohsm__cell_split(m->head.side, view % m->head.map_count, c);

@@ -132,9 +132,7 @@ ENVSH_DEF envsh_result envsh_maps_set(envsh_maps *m, uint32_t light, const float
     if (!depth) return envsh__refuse_text(&logger, "depth", "is NULL", ENVSH_ERR_ARGUMENT);
     result = envsh__check_phase(m, &logger);
     if (result != ENVSH_OK) return result;
-    if (light >= m->count)
-        return envsh__refuse(&logger, "light", light, "below the count of the last begin",
-                             ENVSH_ERR_ARGUMENT);
+    if (light >= m->count) return envsh__refuse_light(&logger, light, m->count);
     if (!stride) stride = packed;
     if (stride < packed || stride % 4)
         return envsh__refuse(&logger, "row_stride", (double)stride,

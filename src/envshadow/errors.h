@@ -27,6 +27,13 @@ static envsh_result envsh__refuse(const envsh__logger *logger, const char *field
     return result;
 }
 
+/* Logs that there is no map of a light. */
+static envsh_result envsh__refuse_light(const envsh__logger *logger, uint32_t light, uint32_t count)
+{
+    envsh__log_bound(logger, "light", light, "below", count, "the count of the last begin");
+    return ENVSH_ERR_ARGUMENT;
+}
+
 /* Logs that a field is what the text says, as in "mesh is NULL", and returns the result. */
 static envsh_result envsh__refuse_text(const envsh__logger *logger, const char *field, const char *text,
                                        envsh_result result)

@@ -170,9 +170,10 @@ ENVSH_DEF envsh_result envsh_maps_begin(envsh_maps *m, const envsh_lights *light
     envsh_result result = ENVSH_OK;
     if (!m) return ENVSH_ERR_ARGUMENT;
     logger = envsh__make_logger(&m->system, "envsh_maps_begin");
-    if (count > m->capacity)
-        return envsh__refuse(&logger, "lights.count", count, "at most the capacity of the maps",
-                             ENVSH_ERR_LIMIT);
+    if (count > m->capacity) {
+        envsh__log_bound(&logger, "lights.count", count, "at most", m->capacity, "the capacity of the maps");
+        return ENVSH_ERR_LIMIT;
+    }
     if (lights) result = envsh__check_lights(lights, &logger);
     if (result == ENVSH_OK) result = envsh__check_bounds(&bounds, &logger);
     if (result != ENVSH_OK) return result;

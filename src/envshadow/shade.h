@@ -161,9 +161,7 @@ ENVSH_DEF envsh_result envsh_visible(const envsh_maps *maps, uint32_t light, con
     result = envsh__check_query(query, &q, &logger);
     if (result == ENVSH_OK) result = envsh__check_points(points, visible, "visible", &logger);
     if (result == ENVSH_OK) result = envsh__check_finished(maps, &logger);
-    if (result == ENVSH_OK && light >= maps->count)
-        result = envsh__refuse(&logger, "light", light, "below the count of the last begin",
-                               ENVSH_ERR_ARGUMENT);
+    if (result == ENVSH_OK && light >= maps->count) result = envsh__refuse_light(&logger, light, maps->count);
     return result == ENVSH_OK ? envsh__run_shading(maps, &q, points, visible, light) : result;
 }
 

@@ -321,7 +321,7 @@ LSAMP_DEF lsamp_result lsamp_light_init(const lsamp_light_desc *desc, void *memo
     if ((uintptr_t)memory & 7u)
         return lsamp__refuse(&log, LSAMP_ERR_MEMORY, "memory", "is not aligned to 8 bytes");
     if (memory_bytes < bytes) {
-        lsamp__log_value(&log, "memory_bytes", (double)memory_bytes, "at least lsamp_light_bytes(desc)");
+        lsamp__log_bound(&log, "memory_bytes", memory_bytes, "at least", bytes, "lsamp_light_bytes(desc)");
         return LSAMP_ERR_MEMORY;
     }
     memset(l, 0, sizeof *l);

@@ -73,6 +73,14 @@ static inline int rsm__check_range(const rsm__logger *log, const char *field, do
     return 0;
 }
 
+/* Returns whether a face is one of a map's, and logs it if it is not. */
+static inline int rsm__check_face(const rsm__logger *log, uint32_t face, uint32_t count)
+{
+    if (face < count) return 1;
+    rsm__log_bound(log, "face", face, "below", count, "the number of faces");
+    return 0;
+}
+
 /* Returns whether all three components of a vector are finite and at most `most`, and logs one that is not.
    */
 static inline int rsm__check_vector(const rsm__logger *log, const char *field, const float v[3], double most,

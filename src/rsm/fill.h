@@ -88,8 +88,7 @@ RSM_DEF rsm_result rsm_fill(rsm_map *map, uint32_t face, const rsm_buffers *buff
     if (!map) return RSM_ERR_ARGUMENT;
     result = rsm__buffers_check(&log, buffers);
     if (result != RSM_OK) return result;
-    if (!rsm__check_range(&log, "face", face, 0, map->faces - 1u, "below face_count"))
-        return RSM_ERR_ARGUMENT;
+    if (!rsm__check_face(&log, face, map->faces)) return RSM_ERR_ARGUMENT;
     if (map->finished) return rsm__refuse(&log, RSM_ERR_ORDER, "map", "is finished");
     f.map = map;
     f.face = face;

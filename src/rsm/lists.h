@@ -20,7 +20,7 @@ RSM_DEF rsm_result rsm_pixel_lights(const rsm_map *const *maps, size_t map_count
     }
     *count = needed;
     if (capacity < needed) {
-        rsm__log_value(&log, "capacity", (double)capacity, "at least *count, which was written");
+        rsm__log_bound(&log, "capacity", capacity, "at least", needed, "which *count says");
         return RSM_ERR_MEMORY;
     }
     for (m = 0, needed = 0; m < map_count; m++)

@@ -236,8 +236,7 @@ RSM_DEF rsm_result rsm_map_matrix(const rsm_map *map, uint32_t face, float world
     rsm__logger log = rsm__logger_of(map ? &map->desc.system : NULL, "rsm_map_matrix");
     if (!map) return RSM_ERR_ARGUMENT;
     if (!world_to_clip) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "world_to_clip", "is NULL");
-    if (!rsm__check_range(&log, "face", face, 0, map->faces - 1u, "below face_count"))
-        return RSM_ERR_ARGUMENT;
+    if (!rsm__check_face(&log, face, map->faces)) return RSM_ERR_ARGUMENT;
     rsm__face_frame(map, face, &r, &u, &a);
     p = rsm__v3_load(map->desc.light.position);
     n = map->desc.light.near_depth;

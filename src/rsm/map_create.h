@@ -53,7 +53,8 @@ RSM_DEF rsm_result rsm_map_init(const rsm_desc *desc, void *memory, size_t memor
         return RSM_ERR_LIMIT;
     }
     if (memory_bytes < rsm__map_bytes(&map)) {
-        rsm__log_value(&log, "memory_bytes", (double)memory_bytes, "at least rsm_map_bytes(desc)");
+        rsm__log_bound(&log, "memory_bytes", memory_bytes, "at least", rsm__map_bytes(&map),
+                       "rsm_map_bytes(desc)");
         return RSM_ERR_MEMORY;
     }
     if ((uintptr_t)memory % 8 != 0)
@@ -100,7 +101,8 @@ RSM_DEF rsm_result rsm_map_restart(rsm_map *map, const rsm_light *light)
     result = rsm__set_map_desc(&log, &next, &desc);
     if (result != RSM_OK) return result;
     if (next.faces > map->room) {
-        rsm__log_value(&log, "the face count of light", next.faces, "at most what the map was made with");
+        rsm__log_bound(&log, "the face count of light", next.faces, "at most", map->room,
+                       "what the map was made with");
         return RSM_ERR_LIMIT;
     }
     next.room = map->room;

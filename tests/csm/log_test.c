@@ -221,7 +221,7 @@ static void a_builder_says_what_it_was_not_given(void **state)
     assert_int_equal(cohsm_builder_create(&d, &b), COHSM_OK);
     said(cohsm_builder_view(b, 0, NULL), COHSM_ERR_ARGUMENT, "cohsm_builder_view: out is NULL");
     said(cohsm_builder_view(b, 36, &view), COHSM_ERR_ARGUMENT,
-         "cohsm_builder_view: index is 36; it must be below the number of views");
+         "cohsm_builder_view: index is 36; it must be below 36, the number of views");
     said(cohsm_builder_add(b, 0, NULL, far_depth, NULL), COHSM_ERR_ARGUMENT, "cohsm_builder_add: z1 is NULL");
     said(cohsm_builder_add(b, 0, near_depth, NULL, NULL), COHSM_ERR_ARGUMENT, "cohsm_builder_add: z2 is NULL");
     near_depth[7] = 0.5f;
@@ -231,7 +231,7 @@ static void a_builder_says_what_it_was_not_given(void **state)
     said(cohsm_builder_add(b, 3, far_depth, far_depth, NULL), COHSM_ERR_ORDER,
          "cohsm_builder_add: index is 3; it must be the number of views that were added before");
     said(cohsm_builder_add(b, 36, far_depth, far_depth, NULL), COHSM_ERR_ORDER,
-         "cohsm_builder_add: index is 36; it must be below the number of views");
+         "cohsm_builder_add: index is 36; it must be below 36, the number of views");
     said(cohsm_builder_finish(b, &maps, NULL), COHSM_ERR_ORDER,
          "cohsm_builder_finish: the number of views that were added is 0; it must be "
          "cohsm_builder_view_count(builder)");
@@ -429,9 +429,10 @@ static void files_and_facts_say_why(void **state)
     memcpy(copy, data, bytes);
     assert_int_equal(cohsm_open(copy, bytes, &heard, &opened), COHSM_OK);
     said(cohsm_location(opened, 36, place), COHSM_ERR_ARGUMENT,
-         "cohsm_location: map is 36; it must be below map_count");
+         "cohsm_location: map is 36; it must be below 36, the number of maps");
     said(cohsm_location(opened, 0, NULL), COHSM_ERR_ARGUMENT, "cohsm_location: out is NULL");
-    said(cohsm_depths(opened, 36, depths), COHSM_ERR_ARGUMENT, "cohsm_depths: view is 36; it must be below view_count");
+    said(cohsm_depths(opened, 36, depths), COHSM_ERR_ARGUMENT,
+         "cohsm_depths: view is 36; it must be below 36, the number of views");
     said(cohsm_depths(opened, 0, NULL), COHSM_ERR_ARGUMENT, "cohsm_depths: out is NULL");
     said(cohsm_write(opened, NULL, bytes), COHSM_ERR_ARGUMENT, "cohsm_write: memory is NULL");
     said(cohsm_write(opened, copy, 10), COHSM_ERR_MEMORY,

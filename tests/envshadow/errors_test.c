@@ -496,7 +496,7 @@ static void failed_calls_say_why(void **state)
     assert_int_equal(envsh_maps_create(&d, 1, &m), ENVSH_OK);
     expect_log(envsh_maps_end(m), ENVSH_ERR_ORDER, "envsh_maps_end: envsh_maps_begin must come first");
     expect_log(envsh_maps_begin(m, AS_LIGHTS(list, 2), box), ENVSH_ERR_LIMIT,
-               "envsh_maps_begin: lights.count is 2; it must be at most the capacity of the maps");
+               "envsh_maps_begin: lights.count is 2; it must be at most 1, the capacity of the maps");
     light.axis_v[1] = 2000;
     light.axis_v[0] = light.axis_v[2] = 0;
     expect_log(envsh_maps_begin(m, AS_LIGHTS(&light, 1), box), ENVSH_ERR_INPUT,
@@ -515,7 +515,7 @@ static void failed_calls_say_why(void **state)
                "envsh_visible: points.geometric_normals[0] has the length 0.5; it must be 1 (0.97..1.03), or 0");
     r.geometric_normals = NULL;
     expect_log(envsh_visible(m, 1, NULL, &r, e), ENVSH_ERR_ARGUMENT,
-               "envsh_visible: light is 1; it must be below the count of the last begin");
+               "envsh_visible: light is 1; it must be below 1, the count of the last begin");
     expect_log(envsh_visible(m, 0, NULL, &r, NULL), ENVSH_ERR_ARGUMENT, "envsh_visible: visible is NULL");
     expect_log(envsh_shade(m, NULL, &r, NULL), ENVSH_ERR_ARGUMENT, "envsh_shade: irradiance is NULL");
     q.filter = ENVSH_FILTER_SMOOTH;

@@ -7,6 +7,7 @@
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
+#include <stdio.h>
 #include <cmocka.h>
 
 static int lines;
@@ -173,12 +174,15 @@ static void memory_and_pointers_are_named(void **state)
 {
     lsamp_light_desc d = light_of(LSAMP_LIGHT_DISC);
     lsamp_light *light = NULL;
+    char too_small[128];
     (void)state;
+    snprintf(too_small, sizeof too_small,
+             "lsamp_light_init: memory_bytes is 8; it must be at least %lu, lsamp_light_bytes(desc)",
+             (unsigned long)lsamp_light_bytes(&d));
     assert_int_equal(lsamp_light_init(NULL, memory, sizeof memory, &light, NULL), LSAMP_ERR_ARGUMENT);
     said(lsamp_light_init(&d, NULL, 0, &light, NULL), LSAMP_ERR_ARGUMENT, "lsamp_light_init: memory is NULL");
     said(lsamp_light_init(&d, memory, sizeof memory, NULL, NULL), LSAMP_ERR_ARGUMENT, "lsamp_light_init: out is NULL");
-    said(lsamp_light_init(&d, memory, 8, &light, NULL), LSAMP_ERR_MEMORY,
-         "lsamp_light_init: memory_bytes is 8; it must be at least lsamp_light_bytes(desc)");
+    said(lsamp_light_init(&d, memory, 8, &light, NULL), LSAMP_ERR_MEMORY, too_small);
     said(lsamp_light_init(&d, (char *)memory + 4, sizeof memory - 4, &light, NULL), LSAMP_ERR_MEMORY,
          "lsamp_light_init: memory is not aligned to 8 bytes");
     assert_null(light);
