@@ -605,6 +605,18 @@ ISM_DEF ism_result ism_set_vpls(ism_maps *maps, const ism_vpl *vpls, size_t coun
             ISM_ERR_LIMIT: count is above desc.vpl_count.
             ISM_ERR_CANCELLED: VPLs must be chosen anew. */
 
+#ifndef ISM_WITHOUT_SOURCES
+ISM_DEF ism_result ism_set_sources(ism_maps *maps, const ism_source *sources, size_t source_count);
+/* Takes every point of the sources, in their order, as a VPL in place of ism_choose: VPL i is point i of all,
+   so that the numbers of a list of lights, such as rsm_pixel_lights of rsm.h writes, are those of the VPLs.
+   There are no near points then. Points without flux keep their number and give no light.
+   Errors   ISM_ERR_ARGUMENT: maps, which leaves no log, or another pointer is NULL, or a count or stride is
+            out of range.
+            ISM_ERR_INPUT: a source has no such kind, or a position, flux, normal or lobe is out of range.
+            ISM_ERR_LIMIT: there are more than desc.vpl_count points.
+            ISM_ERR_CANCELLED: VPLs must be chosen anew. */
+#endif
+
 #ifndef ISM_WITHOUT_NEAR_POINTS
 typedef struct ism_near_point {     /* 48 bytes, which gl_ism.h uploads as they are */
     float position[3];
@@ -696,6 +708,21 @@ ISM_DEF ism_result ism_visible(const ism_maps *maps, uint32_t vpl, const ism_poi
             ISM_ERR_ORDER: ism_build must come first.
             ISM_ERR_INPUT: a vector is not unit, points have no such rows, or world_to_clip is not finite.
             ISM_ERR_LIMIT: there are more than 2^28 receivers. */
+
+typedef struct ism_sight {          /* whose maps ism_see asks */
+    const ism_maps *maps;
+    float           bias;           /* as in ism_shading; below 1 */
+} ism_sight;
+
+ISM_DEF void ism_see(void *sight, const float position[3], const float geometric_normal[3],
+                     const uint32_t *numbers, size_t count, float *visible);
+/* Writes for one receiver whether the maps of these VPLs let light through to it, 1 or 0, as ism_visible
+   does. The function is an ism_visible_fn and an rsm_visible_fn of rsm.h: set it there, so that rsm_gather
+   has shadows from these maps. Any number of threads may call it at once.
+   sight    an ism_sight
+   numbers  numbers of VPLs; what is beyond them gets 1. Before ism_build all get 0
+   visible  count floats
+   Nothing is checked: pointers must not be NULL, and the normal be unit. */
 #endif
 
 /* ==== src/ism/api_tools.h ==== */
@@ -6107,6 +6134,32 @@ ISM_DEF ism_result ism_visible(const ism_maps *m, uint32_t vpl, const ism_points
     return ISM_OK;
 }
 
+ISM_DEF void ism_see(void *sight, const float position[3], const float geometric_normal[3],
+                     const uint32_t *numbers, size_t count, float *visible)
+{
+    const ism_sight *s = (const ism_sight *)sight;
+    const ism_maps *m = s->maps;
+    const ism__v3 p = ism__v3_load(position), ng = ism__v3_load(geometric_normal);
+    ism__look looks[ISM__CHUNK];
+    size_t first, i, n;
+    for (first = 0; first < count; first += n) {
+        n = count - first < ISM__CHUNK ? count - first : (size_t)ISM__CHUNK;
+        for (i = 0; i < n && m->built; i++) {
+            uint32_t v = numbers[first + i];
+            ism__orientation axes;
+            if (v >= m->vpl_count) continue;
+            axes = ism__vpl_axes(m, &m->vpls[v]);
+            ism__look_at(m, v, &axes, p, ng, &looks[i]);
+        }
+        for (i = 0; i < n; i++) {
+            uint32_t v = numbers[first + i];
+            visible[first + i] = !m->built ? 0.0f
+                               : v < m->vpl_count
+                                   ? (float)ism__is_lit(m, v, &looks[i], ism__bias_of(s->bias)) : 1.0f;
+        }
+    }
+}
+
 /* Writes the visibility of `count` VPLs; the list has their places in `order`. */
 static void ism__visibilities(const ism__shade_work *w, const ism__pixel *px, const uint32_t *list,
                               uint32_t count, float *visible)
@@ -6684,7 +6737,7 @@ ISM_DEF ism_result ism_bounce(const ism_maps *m, const ism_mesh *mesh, uint32_t 
 
 /* ==== src/ism/sources.h ==== */
 
-/* ---- sources: points on lamps, directions of a sky ---- */
+/* ---- sources: points on lamps, directions of a sky, points as VPLs ---- */
 
 /* Writes the power that leaves each triangle, over pi; 0 if the triangle's radiance cannot be used. */
 static void ism__weigh_emitters(const ism_mesh *mesh, const float *radiances, size_t triangles,
@@ -6822,6 +6875,67 @@ ISM_DEF ism_result ism_sky_directions(const float *texels, uint32_t width, uint3
     }
     if (bad_texels) *bad_texels = bad;
     return ISM_OK;
+}
+
+/* Writes point i of a source as a VPL. What a point without flux has of vectors is not read. */
+static void ism__point_vpl(const ism_source *s, size_t source, size_t i, ism_vpl *v)
+{
+    const float *flux = ism__at(s->fluxes, s->flux_stride, i);
+    ism__v3 p = ism__v3_make(0.0f, 0.0f, 0.0f), n = ism__v3_make(0.0f, 1.0f, 0.0f);
+    memset(v, 0, sizeof *v);
+    memcpy(v->flux, flux, sizeof v->flux);
+    v->source = (uint32_t)source;
+    v->texel = (uint32_t)i;
+    v->directional = s->kind == ISM_SOURCE_DIRECTIONS;
+    if (!ism__flux_ok(flux) || ism__luminance(flux) > 0.0f) {
+        p = ism__v3_load(ism__at(s->positions, s->position_stride, i));
+        n = v->directional ? ism__v3_scale(p, -1.0f)
+                           : ism__v3_load(ism__at(s->normals, s->normal_stride, i));
+    }
+    ism__v3_store(v->position, p);
+    ism__v3_store(v->normal, n);
+    ism__v3_store(v->axis, n);
+    v->exponent = 1.0f;
+    if (v->directional) return;
+    if (s->lobes && ism__luminance(flux) > 0.0f) {
+        memcpy(v->axis, ism__lobe(s, i), sizeof v->axis);
+        v->exponent = ism__lobe(s, i)[3];
+    }
+    if (s->areas) v->area = *ism__at(s->areas, s->area_stride ? s->area_stride : 4u, i);
+    if (!ism__in(v->area, 0.0f, ISM__MAX_FLOAT)) v->area = 0.0f;
+}
+
+ISM_DEF ism_result ism_set_sources(ism_maps *m, const ism_source *sources, size_t source_count)
+{
+    ism__job job;
+    ism_frame frame;
+    ism_vpl v;
+    size_t count = 0, doubles;
+    size_t s, i, n = 0;
+    ism_result result;
+    if (!m) return ISM_ERR_ARGUMENT;
+    memset(&frame, 0, sizeof frame);
+    frame.sources = sources;
+    frame.source_count = source_count;
+    ism__begin_job(&m->desc.system, "ism_set_sources", &frame, &job);
+    result = ism__check_sources(&job.log, &frame, &count, &doubles);
+    if (result != ISM_OK) return result;
+    if (count > m->desc.vpl_count) {
+        ism__log_value(&job.log, "the sources' count of points", (double)count, "desc.vpl_count at most");
+        return ISM_ERR_LIMIT;
+    }
+    for (s = 0; s < source_count; s++)
+        for (i = 0; i < (size_t)sources[s].width * sources[s].height; i++, n++) {
+            ism__point_vpl(&sources[s], s, i, &v);
+            if ((result = ism__check_vpl(&job.log, &v, n)) != ISM_OK) return result;
+        }
+    for (s = n = 0; s < source_count; s++)
+        for (i = 0; i < (size_t)sources[s].width * sources[s].height; i++)
+            ism__point_vpl(&sources[s], s, i, &m->vpls[n++]);
+    m->vpl_count = (uint32_t)count;
+    m->stats.jumped = 0;
+    m->built = 0;
+    return ism__finish_vpls(m, &job.part, 0.0f, 1.0f);
 }
 
 /* ==== src/ism/life.h ==== */

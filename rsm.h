@@ -10,9 +10,9 @@
 
    What it does not do
 
-   - Nothing stands in the way of bounced light: surfaces behind others are lit too, as in the paper. The
-     share of it that reaches each point (ambient occlusion) is taken as input; ism.h has real shadows of
-     bounced light.
+   - Nothing stands in the way of bounced light by itself: surfaces behind others are lit too, as in the
+     paper. What a point sees of each light is asked of a function (visible_fn), such as ism.h and csm.h have,
+     or of yours; the share of all light that reaches a point (ambient occlusion) is taken as input, too.
    - Light bounces once. The header renders no pictures, starts no threads and opens no files.
 
    Quick start
@@ -99,7 +99,7 @@
      section 3.2  flux through a texel, times albedo       rsm_rasterize, rsm_fill, rsm_finish  T30 T31 T33
      section 3.2  lights move below their surface          rsm_gather_desc (offset)             T38
      eq. (2)      the sum over texels                      rsm_gather                           T32 T42 T44
-     section 3.3  bounced light without shadows            rsm_gather; ism.h has them           -
+     section 3.3  bounced light without shadows, or with    rsm_gather_desc (visible_fn)         -
      section 3.3  a receiver's projection into the map     rsm_map_project                      T34
      eq. (3)      samples about the projection             rsm_pattern_build, rsm_pattern       T26 T27 T36
      section 3.3  samples weighted by xi^2, normalised     rsm_gather_desc (paper_weights)      T26
@@ -530,6 +530,18 @@ typedef struct rsm_material {       /* a Phong lobe that texels have beside thei
     float exponent;                 /* 0..1e4 */
 } rsm_material;
 
+typedef void (*rsm_visible_fn)(void *user, const float position[3], const float normal[3],
+                               const uint32_t *numbers, size_t count, float *visible);
+/* A function of yours that writes how much of each light a receiver sees. ism.h and csm.h have functions of
+   this type, ism_see and cohsm_see, which answer from their maps. Several threads of parallel_for may call
+   the function at once.
+   normal    that of rsm_points
+   numbers   which lights are asked for: in rsm_gather_list their numbers in the list; in rsm_gather and
+             rsm_interpolate their numbers in the list that rsm_pixel_lights writes for the same maps,
+             sample_count and seed. Only lights that could light the receiver are asked for
+   count     1..64
+   visible   count floats: 0 = hidden, 1 = seen; more counts as 1, less and NaN as 0 */
+
 typedef struct rsm_gather_desc {    /* zero it, then set what you care about */
     rsm_system  system;             /* without a log, as without a desc, the first map's is told */
     rsm_pattern pattern;
@@ -573,6 +585,10 @@ typedef struct rsm_gather_desc {    /* zero it, then set what you care about */
     uint32_t    material_count;     /* of materials */
     int         add;                /* not 0: results are added to those that are there, of other lists or of
                                        light maps; 0: results are written */
+    rsm_visible_fn visible_fn;      /* shadows of the bounced light. Needs lights that all receivers share:
+                                       sample_count 0, the pattern FLUX, or a list. Black texels give no light
+                                       then, not even by lobes. NULL = every light is seen */
+    void       *visible_user;       /* given to visible_fn */
 } rsm_gather_desc;
 
 typedef struct rsm_gather_stats {   /* what a gather counted */
@@ -4003,6 +4019,7 @@ typedef struct rsm__source {       /* the pixel lights of one map, or of a list 
     const rsm_map *map;            /* NULL: a list */
     rsm__block    *blocks;         /* the lights that all receivers share, set by set */
     rsm__gloss    *gloss;          /* their lobes, or NULL */
+    uint32_t      *numbers;        /* of each lane, as visible_fn knows it; NULL without such a function */
     size_t         set_blocks;     /* blocks of one set */
     size_t         set_lights;     /* lights of one set */
     size_t         set_lanes;      /* lanes of these lights, a multiple of RSM__LANES */
@@ -4027,6 +4044,7 @@ typedef struct rsm__gather {       /* one call of rsm_gather, rsm_gather_list or
     size_t            count;                     /* receivers */
     float            *pattern;                   /* x, y and weight of each sample, set by set */
     uint32_t          sets;                      /* interleave^2 */
+    size_t            numbered;                  /* lights of the sources before that visible_fn knows */
     uint32_t          set_samples;               /* samples of the pattern in each set */
     uint32_t          shared, centred;           /* samples that all receivers share, and samples about each
                                                     receiver; MIXED has both */
@@ -4533,18 +4551,28 @@ static inline size_t rsm__tiled_texel(const rsm_map *map, size_t i)
     return x < map->side && y < map->side ? (face * map->side + y) * map->side + x : (size_t)-1;
 }
 
-/* Returns whether a texel gives light: it has diffuse flux, or a lobe, which black texels may have too. */
+/* Returns whether a texel gives light: it has diffuse flux, or a lobe, which black texels may have too. For
+   visible_fn black texels have no number. */
 static inline int rsm__gives_light(const rsm__gather *g, const rsm_texel *t)
 {
     return rsm__mean3(t->flux) > 0.0f ||
-           (t->material != 0 && t->material <= g->desc.material_count && t->depth < RSM_FAR);
+           (!g->desc.visible_fn && t->material != 0 && t->material <= g->desc.material_count &&
+            t->depth < RSM_FAR);
+}
+
+/* Makes room for the number of each lane. */
+static inline int rsm__make_numbers(rsm__source *s, size_t lanes, const rsm__allocator *a)
+{
+    s->numbers = (uint32_t *)rsm__alloc_array(a, lanes, sizeof *s->numbers);
+    if (s->numbers) memset(s->numbers, 0, lanes * sizeof *s->numbers);
+    return s->numbers != NULL;
 }
 
 /* Returns how many texels of a map give light. */
 static inline size_t rsm__count_texels(const rsm__gather *g, const rsm_map *map)
 {
     size_t at, texels = rsm__texel_count(map), count = 0;
-    if (!g->desc.materials) return (size_t)map->stats.lit_texels;
+    if (!g->desc.materials || g->desc.visible_fn) return (size_t)map->stats.lit_texels;
     for (at = 0; at < texels; at++) count += (size_t)rsm__gives_light(g, map->texels + at);
     return count;
 }
@@ -4558,7 +4586,8 @@ static inline rsm_result rsm__pack_map(rsm__gather *g, rsm__source *s, const rsm
     size_t count = g->desc.sample_count ? g->shared : rsm__count_texels(g, map);
     size_t per_set = (count + g->sets - 1) / g->sets, i, at = 0;
     size_t placed = 0, lanes;
-    int nearby = g->desc.near_field > 0.0f && g->desc.sample_count == 0, tiled = nearby && g->sets == 1;
+    int nearby = g->desc.near_field > 0.0f && g->desc.sample_count == 0;
+    int tiled = nearby && g->sets == 1 && !g->desc.visible_fn; /* numbers count texels row by row */
     if (tiled) texels = (size_t)map->faces * ((map->side + 31u) / 32u) * ((map->side + 31u) / 32u) * 1024u;
     s->set_blocks = (per_set + RSM__BLOCK - 1) / RSM__BLOCK;
     s->set_lights = per_set;
@@ -4570,6 +4599,7 @@ static inline rsm_result rsm__pack_map(rsm__gather *g, rsm__source *s, const rsm
     if (!s->blocks || (g->desc.materials && !s->gloss)) return RSM_ERR_ALLOC;
     for (i = 0; i < lanes; i++) rsm__lane_clear(s->blocks + i / RSM__BLOCK, i % RSM__BLOCK);
     if (s->gloss) memset(s->gloss, 0, lanes * sizeof *s->gloss);
+    if (g->desc.visible_fn && !rsm__make_numbers(s, lanes, a)) return RSM_ERR_ALLOC;
     for (i = 0; i < (g->desc.sample_count ? count : texels); i++) {
         size_t set, lane;
         float weight = 1.0f;
@@ -4597,8 +4627,10 @@ static inline rsm_result rsm__pack_map(rsm__gather *g, rsm__source *s, const rsm
         }
         if (s->gloss) rsm__gloss_set(&g->desc, map, s->gloss + lane, at, weight * (float)g->sets);
         if (nearby) rsm__lane_near(&g->desc, map, s->blocks + lane / RSM__BLOCK, lane % RSM__BLOCK, at);
+        if (s->numbers) s->numbers[lane] = (uint32_t)(g->numbered + placed);
         placed++;
     }
+    g->numbered += placed;
     return nearby ? rsm__find_reaches(g, s, a) : RSM_OK;
 }
 
@@ -4615,8 +4647,10 @@ static inline rsm_result rsm__pack_list(rsm__gather *g, rsm__source *s, const rs
     s->blocks = (rsm__block *)rsm__alloc_array(a, s->set_blocks * g->sets, sizeof *s->blocks);
     if (!s->blocks) return RSM_ERR_ALLOC;
     for (i = 0; i < lanes; i++) rsm__lane_clear(s->blocks + i / RSM__BLOCK, i % RSM__BLOCK);
+    if (g->desc.visible_fn && !rsm__make_numbers(s, lanes, a)) return RSM_ERR_ALLOC;
     for (i = 0; i < count; i++) {
         size_t lane = i % g->sets * s->set_blocks * RSM__BLOCK + i / g->sets;
+        if (s->numbers) s->numbers[lane] = (uint32_t)i;
         if (rsm__is_usable(rsm__v3_load(lights[i].position)) &&
             rsm__is_usable(rsm__v3_load(lights[i].normal)) && lights[i].flux[0] >= 0.0f &&
             lights[i].flux[1] >= 0.0f && lights[i].flux[2] >= 0.0f &&
@@ -4625,6 +4659,70 @@ static inline rsm_result rsm__pack_list(rsm__gather *g, rsm__source *s, const rs
                           (float)g->sets);
     }
     return RSM_OK;
+}
+
+/* Adds the lobes of the lights of block `at`, each times its factor; NULL = 1. */
+static inline void rsm__gather_gloss(const rsm__source *s, size_t at, size_t lanes, const float *factors,
+                                     const float x[7], rsm__sum *sum)
+{
+    const rsm__block *block = s->blocks + at;
+    size_t k;
+    int c;
+    for (k = 0; k < lanes; k++) {
+        rsm__gloss gloss = s->gloss[at * RSM__BLOCK + k];
+        float mean;
+        if (!(gloss.scale[0] > 0.0f || gloss.scale[1] > 0.0f || gloss.scale[2] > 0.0f)) continue;
+        for (c = 0; c < 3 && factors; c++) gloss.scale[c] *= factors[k];
+        mean = s->reaches && rsm__is_near(block, k, x) ? rsm__near_texel_form(s->map, block, k, x) : -1.0f;
+        rsm__add_gloss(&gloss, block, k, x, mean, sum);
+    }
+}
+
+/* Asks visible_fn about those lights of block `at` that could light the receiver, and writes for each lane
+   how much the receiver sees of it: 0 for the others. A near texel may reach over the receiver's horizon,
+   though its centre lies below. */
+static inline void rsm__see_block(const rsm__gather *g, const rsm__source *s, size_t at, size_t lanes,
+                                  const float x[7], float seen[RSM__BLOCK])
+{
+    const rsm__block *b = s->blocks + at;
+    float visible[RSM__BLOCK];
+    uint32_t numbers[RSM__BLOCK];
+    size_t lane[RSM__BLOCK], asked = 0, k;
+    for (k = 0; k < lanes; k++) {
+        float dx = b->px[k] - x[0], dy = b->py[k] - x[1], dz = b->pz[k] - x[2];
+        seen[k] = 0.0f;
+        if (!(b->nx[k] * dx + b->ny[k] * dy + b->nz[k] * dz < 0.0f)) continue;
+        if (!(x[3] * dx + x[4] * dy + x[5] * dz > 0.0f) && !(s->reaches && rsm__is_near(b, k, x))) continue;
+        numbers[asked] = s->numbers[at * RSM__BLOCK + k];
+        visible[asked] = 0.0f;
+        lane[asked++] = k;
+    }
+    if (asked) g->desc.visible_fn(g->desc.visible_user, x, x + 3, numbers, asked, visible);
+    for (k = 0; k < asked; k++)
+        seen[lane[k]] = visible[k] > 0.0f ? visible[k] < 1.0f ? visible[k] : 1.0f : 0.0f;
+}
+
+/* Gathers from the lights of a source that all receivers share, as visible_fn lets each receiver see them. */
+static inline void rsm__gather_seen(const rsm__gather *g, const rsm__source *s, const float x[7],
+                                    uint32_t set, rsm__sum *sum)
+{
+    size_t i, k;
+    for (i = 0; i < s->set_blocks; i++) {
+        size_t at = set * s->set_blocks + i, left = s->set_lanes - i * RSM__BLOCK;
+        size_t lanes = left < RSM__BLOCK ? left : (size_t)RSM__BLOCK;
+        rsm__block block = s->blocks[at];
+        float seen[RSM__BLOCK];
+        rsm__see_block(g, s, at, lanes, x, seen);
+        for (k = 0; k < lanes; k++) {
+            block.r[k] *= seen[k];
+            block.g[k] *= seen[k];
+            block.b[k] *= seen[k];
+        }
+        if (s->reaches && rsm__is_within_reach(s->reaches + at, x))
+            rsm__kernel_near(g, s->map, &block, lanes, x, sum);
+        else g->kernel(&block, lanes, x, sum);
+        if (s->gloss) rsm__gather_gloss(s, at, lanes, seen, x, sum);
+    }
 }
 
 /* Gathers from the lights of a source that all receivers share: by runs, or block by block if MIXED weighs
@@ -4636,8 +4734,12 @@ static inline void rsm__gather_shared(const rsm__gather *g, const rsm__source *s
     const rsm__reach *runs = s->reaches ? s->reaches + s->set_blocks * g->sets + set * s->set_runs : NULL;
     rsm__block mixed;
     rsm__v3 frame[2], centre;
-    float scale = 0.0f, mean;
+    float scale = 0.0f;
     size_t i, k;
+    if (s->numbers) {
+        rsm__gather_seen(g, s, x, set, sum);
+        return;
+    }
     centre = rsm__v3_make(0, 0, 0);
     if (g->centred && s->map) {
         centre = rsm__v3_scale(rsm__centre_of(s->map, rsm__v3_make(x[0], x[1], x[2]), 1, frame),
@@ -4667,16 +4769,8 @@ static inline void rsm__gather_shared(const rsm__gather *g, const rsm__source *s
             }
             g->kernel(&mixed, lanes, x, sum);
         }
-        for (k = 0; s->gloss && k < lanes; k++) {
-            rsm__gloss gloss = s->gloss[((size_t)set * s->set_blocks + i) * RSM__BLOCK + k];
-            int c;
-            if (!(gloss.scale[0] > 0.0f || gloss.scale[1] > 0.0f || gloss.scale[2] > 0.0f)) continue;
-            for (c = 0; c < 3 && scale > 0.0f; c++) gloss.scale[c] *= mixed.density[k];
-            mean = s->reaches && rsm__is_near(blocks + i, k, x)
-                       ? rsm__near_texel_form(s->map, blocks + i, k, x)
-                       : -1.0f;
-            rsm__add_gloss(&gloss, blocks + i, k, x, mean, sum);
-        }
+        if (s->gloss)
+            rsm__gather_gloss(s, set * s->set_blocks + i, lanes, scale > 0.0f ? mixed.density : NULL, x, sum);
     }
 }
 
@@ -4749,6 +4843,7 @@ static inline void rsm__gather_batch(void *context, size_t batch)
 static inline int rsm__gathers_by_rows(const rsm__gather *g)
 {
     size_t i;
+    if (g->desc.visible_fn) return 0;
     if (g->sets == 1 || g->pattern || g->desc.materials || g->points->width == 0 || g->points->indices)
         return 0;
     for (i = 0; i < g->source_count; i++) /* sums of more lights would lose bits; more lights fill the lanes
@@ -4875,6 +4970,15 @@ static inline rsm_result rsm__numbers_check(const rsm__logger *log, const rsm_ga
     return bad;
 }
 
+/* Checks that lights have numbers where visible_fn wants them: those about each receiver have none. */
+static inline rsm_result rsm__seeing_check(const rsm__logger *log, const rsm_gather_desc *d)
+{
+    if (!d->visible_fn || d->sample_count == 0 || d->pattern == RSM_PATTERN_FLUX) return RSM_OK;
+    rsm__log_value(log, "desc.pattern", (double)d->pattern,
+                   "RSM_PATTERN_FLUX with visible_fn, unless sample_count is 0");
+    return RSM_ERR_DESC;
+}
+
 /* Checks a desc, which may be NULL, and writes it with its defaults to out. */
 static inline rsm_result rsm__gather_check(const rsm__logger *log, const rsm_gather_desc *desc,
                                            const rsm_points *points, rsm_gather_desc *out)
@@ -4908,6 +5012,7 @@ static inline void rsm__gather_close(rsm__gather *g, const rsm__allocator *a)
     rsm__free(a, g->pattern);
     while (i-- > 0) {
         rsm__free(a, g->sources[i].reaches);
+        rsm__free(a, g->sources[i].numbers);
         rsm__free(a, g->sources[i].gloss);
         rsm__free(a, g->sources[i].blocks);
     }
@@ -5075,6 +5180,7 @@ RSM_DEF rsm_result rsm_gather(const rsm_map *const *maps, size_t map_count, cons
     memset(&g, 0, sizeof g);
     if (result == RSM_OK) result = rsm__points_check(&log, points, irradiance);
     if (result == RSM_OK) result = rsm__gather_check(&log, desc, points, &g.desc);
+    if (result == RSM_OK) result = rsm__seeing_check(&log, &g.desc);
     if (result != RSM_OK) return result;
     g.points = points;
     g.out = irradiance;
@@ -5700,6 +5806,7 @@ static inline rsm_result rsm__picture_check(const rsm__logger *log, const rsm_po
         return RSM_ERR_ARGUMENT;
     }
     result = rsm__gather_check(log, desc, points, gather);
+    if (result == RSM_OK) result = rsm__seeing_check(log, gather);
     if (result == RSM_OK) result = rsm__interpolation_check(log, interpolation, how);
     if (result != RSM_OK) return result;
     if (gather->noise) return rsm__refuse(log, RSM_ERR_DESC, "desc.noise", "is not NULL, as it must be here");

@@ -2567,6 +2567,9 @@ static glbk_result glbk__rsm_gather_check(const glbk_context *ctx, const char *f
     if (out->add)
         return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "desc.add", (double)out->add,
                                   "0: give all maps to one call");
+    if (out->visible_fn)
+        return glbk__refuse(ctx, GLBK_ERR_DESC, function, "desc.visible_fn",
+                            "is not NULL: a GPU cannot call it; gl_ism.h has shadows of bounced light");
     if (!out->materials && out->material_count)
         return glbk__refuse(ctx, GLBK_ERR_DESC, function, "desc.materials",
                             "is NULL, and material_count is not 0");

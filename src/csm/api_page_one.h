@@ -185,3 +185,35 @@ typedef struct cohsm_instance {     /* an object of a scene; several may share m
     float transform[16];            /* object to world: a rotation, one scale > 0, a translation; all zero =
                                        the identity */
 } cohsm_instance;
+
+typedef struct cohsm_sight {        /* what cohsm_see asks: a scene of objects about a list of lights */
+    const cohsm_instance *instances;    /* as for cohsm_visible_scene; several threads ask them */
+    size_t      instance_count;
+    cohsm_query query;              /* of it light_kind, lights, light_stride, filter, bias and seed. Light
+                                       number n is element n of query.lights; if lights is NULL and light_kind
+                                       COHSM_LIGHT_INDEX, the light has map n */
+} cohsm_sight;
+
+COHSM_DEF void cohsm_see(void *sight, const float position[3], const float normal[3],
+                         const uint32_t *numbers, size_t count, float *visible);
+/* Writes how much of each of these lights one receiver sees, as cohsm_visible_scene does. The function is an
+   rsm_visible_fn of rsm.h and an ism_visible_fn of ism.h: set it there, so that bounced light has shadows
+   from these maps. Any number of threads may call it at once.
+   sight    a cohsm_sight
+   normal   not read
+   numbers  numbers of lights
+   visible  count floats in 0..1. 1 where COHSM_REFUSED is the answer, since nothing is known there; 0
+            for all where cohsm_visible_scene fails, which the log of the maps is told
+   Pointers must not be NULL, and sight->query.lights must have all lights whose numbers are given: neither is
+   checked.
+   Cost     that of cohsm_visible_scene for count points */
+
+COHSM_DEF void cohsm_light_locations(const float *positions, size_t position_stride, const float *normals,
+                                     size_t normal_stride, size_t count, float lift, float *locations);
+/* Writes cohsm_domain.locations of maps for lights that lie on surfaces, such as the texels of a reflective
+   shadow map: with COHSM_DOMAIN_LIST light n has map n then.
+   positions   x, y, z of each light, position_stride bytes apart; 0 = 12
+   normals     unit, of the surfaces; normal_stride bytes apart, 0 = 12
+   lift        how far maps stand above the surfaces, lest these hide all; a hundredth of a unit or so
+   locations   receives 4 floats for each light: x, y, z, 1
+   Pointers must not be NULL and strides be multiples of 4: neither is checked. */

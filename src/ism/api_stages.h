@@ -78,6 +78,18 @@ ISM_DEF ism_result ism_set_vpls(ism_maps *maps, const ism_vpl *vpls, size_t coun
             ISM_ERR_LIMIT: count is above desc.vpl_count.
             ISM_ERR_CANCELLED: VPLs must be chosen anew. */
 
+#ifndef ISM_WITHOUT_SOURCES
+ISM_DEF ism_result ism_set_sources(ism_maps *maps, const ism_source *sources, size_t source_count);
+/* Takes every point of the sources, in their order, as a VPL in place of ism_choose: VPL i is point i of all,
+   so that the numbers of a list of lights, such as rsm_pixel_lights of rsm.h writes, are those of the VPLs.
+   There are no near points then. Points without flux keep their number and give no light.
+   Errors   ISM_ERR_ARGUMENT: maps, which leaves no log, or another pointer is NULL, or a count or stride is
+            out of range.
+            ISM_ERR_INPUT: a source has no such kind, or a position, flux, normal or lobe is out of range.
+            ISM_ERR_LIMIT: there are more than desc.vpl_count points.
+            ISM_ERR_CANCELLED: VPLs must be chosen anew. */
+#endif
+
 #ifndef ISM_WITHOUT_NEAR_POINTS
 typedef struct ism_near_point {     /* 48 bytes, which gl_ism.h uploads as they are */
     float position[3];
@@ -169,4 +181,19 @@ ISM_DEF ism_result ism_visible(const ism_maps *maps, uint32_t vpl, const ism_poi
             ISM_ERR_ORDER: ism_build must come first.
             ISM_ERR_INPUT: a vector is not unit, points have no such rows, or world_to_clip is not finite.
             ISM_ERR_LIMIT: there are more than 2^28 receivers. */
+
+typedef struct ism_sight {          /* whose maps ism_see asks */
+    const ism_maps *maps;
+    float           bias;           /* as in ism_shading; below 1 */
+} ism_sight;
+
+ISM_DEF void ism_see(void *sight, const float position[3], const float geometric_normal[3],
+                     const uint32_t *numbers, size_t count, float *visible);
+/* Writes for one receiver whether the maps of these VPLs let light through to it, 1 or 0, as ism_visible
+   does. The function is an ism_visible_fn and an rsm_visible_fn of rsm.h: set it there, so that rsm_gather
+   has shadows from these maps. Any number of threads may call it at once.
+   sight    an ism_sight
+   numbers  numbers of VPLs; what is beyond them gets 1. Before ism_build all get 0
+   visible  count floats
+   Nothing is checked: pointers must not be NULL, and the normal be unit. */
 #endif

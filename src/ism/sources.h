@@ -1,4 +1,4 @@
-/* ---- sources: points on lamps, directions of a sky ---- */
+/* ---- sources: points on lamps, directions of a sky, points as VPLs ---- */
 
 /* Writes the power that leaves each triangle, over pi; 0 if the triangle's radiance cannot be used. */
 static void ism__weigh_emitters(const ism_mesh *mesh, const float *radiances, size_t triangles,
@@ -136,4 +136,65 @@ ISM_DEF ism_result ism_sky_directions(const float *texels, uint32_t width, uint3
     }
     if (bad_texels) *bad_texels = bad;
     return ISM_OK;
+}
+
+/* Writes point i of a source as a VPL. What a point without flux has of vectors is not read. */
+static void ism__point_vpl(const ism_source *s, size_t source, size_t i, ism_vpl *v)
+{
+    const float *flux = ism__at(s->fluxes, s->flux_stride, i);
+    ism__v3 p = ism__v3_make(0.0f, 0.0f, 0.0f), n = ism__v3_make(0.0f, 1.0f, 0.0f);
+    memset(v, 0, sizeof *v);
+    memcpy(v->flux, flux, sizeof v->flux);
+    v->source = (uint32_t)source;
+    v->texel = (uint32_t)i;
+    v->directional = s->kind == ISM_SOURCE_DIRECTIONS;
+    if (!ism__flux_ok(flux) || ism__luminance(flux) > 0.0f) {
+        p = ism__v3_load(ism__at(s->positions, s->position_stride, i));
+        n = v->directional ? ism__v3_scale(p, -1.0f)
+                           : ism__v3_load(ism__at(s->normals, s->normal_stride, i));
+    }
+    ism__v3_store(v->position, p);
+    ism__v3_store(v->normal, n);
+    ism__v3_store(v->axis, n);
+    v->exponent = 1.0f;
+    if (v->directional) return;
+    if (s->lobes && ism__luminance(flux) > 0.0f) {
+        memcpy(v->axis, ism__lobe(s, i), sizeof v->axis);
+        v->exponent = ism__lobe(s, i)[3];
+    }
+    if (s->areas) v->area = *ism__at(s->areas, s->area_stride ? s->area_stride : 4u, i);
+    if (!ism__in(v->area, 0.0f, ISM__MAX_FLOAT)) v->area = 0.0f;
+}
+
+ISM_DEF ism_result ism_set_sources(ism_maps *m, const ism_source *sources, size_t source_count)
+{
+    ism__job job;
+    ism_frame frame;
+    ism_vpl v;
+    size_t count = 0, doubles;
+    size_t s, i, n = 0;
+    ism_result result;
+    if (!m) return ISM_ERR_ARGUMENT;
+    memset(&frame, 0, sizeof frame);
+    frame.sources = sources;
+    frame.source_count = source_count;
+    ism__begin_job(&m->desc.system, "ism_set_sources", &frame, &job);
+    result = ism__check_sources(&job.log, &frame, &count, &doubles);
+    if (result != ISM_OK) return result;
+    if (count > m->desc.vpl_count) {
+        ism__log_value(&job.log, "the sources' count of points", (double)count, "desc.vpl_count at most");
+        return ISM_ERR_LIMIT;
+    }
+    for (s = 0; s < source_count; s++)
+        for (i = 0; i < (size_t)sources[s].width * sources[s].height; i++, n++) {
+            ism__point_vpl(&sources[s], s, i, &v);
+            if ((result = ism__check_vpl(&job.log, &v, n)) != ISM_OK) return result;
+        }
+    for (s = n = 0; s < source_count; s++)
+        for (i = 0; i < (size_t)sources[s].width * sources[s].height; i++)
+            ism__point_vpl(&sources[s], s, i, &m->vpls[n++]);
+    m->vpl_count = (uint32_t)count;
+    m->stats.jumped = 0;
+    m->built = 0;
+    return ism__finish_vpls(m, &job.part, 0.0f, 1.0f);
 }

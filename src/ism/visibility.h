@@ -128,6 +128,32 @@ ISM_DEF ism_result ism_visible(const ism_maps *m, uint32_t vpl, const ism_points
     return ISM_OK;
 }
 
+ISM_DEF void ism_see(void *sight, const float position[3], const float geometric_normal[3],
+                     const uint32_t *numbers, size_t count, float *visible)
+{
+    const ism_sight *s = (const ism_sight *)sight;
+    const ism_maps *m = s->maps;
+    const ism__v3 p = ism__v3_load(position), ng = ism__v3_load(geometric_normal);
+    ism__look looks[ISM__CHUNK];
+    size_t first, i, n;
+    for (first = 0; first < count; first += n) {
+        n = count - first < ISM__CHUNK ? count - first : (size_t)ISM__CHUNK;
+        for (i = 0; i < n && m->built; i++) {
+            uint32_t v = numbers[first + i];
+            ism__orientation axes;
+            if (v >= m->vpl_count) continue;
+            axes = ism__vpl_axes(m, &m->vpls[v]);
+            ism__look_at(m, v, &axes, p, ng, &looks[i]);
+        }
+        for (i = 0; i < n; i++) {
+            uint32_t v = numbers[first + i];
+            visible[first + i] = !m->built ? 0.0f
+                               : v < m->vpl_count
+                                   ? (float)ism__is_lit(m, v, &looks[i], ism__bias_of(s->bias)) : 1.0f;
+        }
+    }
+}
+
 /* Writes the visibility of `count` VPLs; the list has their places in `order`. */
 static void ism__visibilities(const ism__shade_work *w, const ism__pixel *px, const uint32_t *list,
                               uint32_t count, float *visible)

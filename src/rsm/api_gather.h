@@ -22,6 +22,18 @@ typedef struct rsm_material {       /* a Phong lobe that texels have beside thei
     float exponent;                 /* 0..1e4 */
 } rsm_material;
 
+typedef void (*rsm_visible_fn)(void *user, const float position[3], const float normal[3],
+                               const uint32_t *numbers, size_t count, float *visible);
+/* A function of yours that writes how much of each light a receiver sees. ism.h and csm.h have functions of
+   this type, ism_see and cohsm_see, which answer from their maps. Several threads of parallel_for may call
+   the function at once.
+   normal    that of rsm_points
+   numbers   which lights are asked for: in rsm_gather_list their numbers in the list; in rsm_gather and
+             rsm_interpolate their numbers in the list that rsm_pixel_lights writes for the same maps,
+             sample_count and seed. Only lights that could light the receiver are asked for
+   count     1..64
+   visible   count floats: 0 = hidden, 1 = seen; more counts as 1, less and NaN as 0 */
+
 typedef struct rsm_gather_desc {    /* zero it, then set what you care about */
     rsm_system  system;             /* without a log, as without a desc, the first map's is told */
     rsm_pattern pattern;
@@ -65,6 +77,10 @@ typedef struct rsm_gather_desc {    /* zero it, then set what you care about */
     uint32_t    material_count;     /* of materials */
     int         add;                /* not 0: results are added to those that are there, of other lists or of
                                        light maps; 0: results are written */
+    rsm_visible_fn visible_fn;      /* shadows of the bounced light. Needs lights that all receivers share:
+                                       sample_count 0, the pattern FLUX, or a list. Black texels give no light
+                                       then, not even by lobes. NULL = every light is seen */
+    void       *visible_user;       /* given to visible_fn */
 } rsm_gather_desc;
 
 typedef struct rsm_gather_stats {   /* what a gather counted */

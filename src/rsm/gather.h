@@ -65,6 +65,7 @@ static inline void rsm__gather_batch(void *context, size_t batch)
 static inline int rsm__gathers_by_rows(const rsm__gather *g)
 {
     size_t i;
+    if (g->desc.visible_fn) return 0;
     if (g->sets == 1 || g->pattern || g->desc.materials || g->points->width == 0 || g->points->indices)
         return 0;
     for (i = 0; i < g->source_count; i++) /* sums of more lights would lose bits; more lights fill the lanes
@@ -191,6 +192,15 @@ static inline rsm_result rsm__numbers_check(const rsm__logger *log, const rsm_ga
     return bad;
 }
 
+/* Checks that lights have numbers where visible_fn wants them: those about each receiver have none. */
+static inline rsm_result rsm__seeing_check(const rsm__logger *log, const rsm_gather_desc *d)
+{
+    if (!d->visible_fn || d->sample_count == 0 || d->pattern == RSM_PATTERN_FLUX) return RSM_OK;
+    rsm__log_value(log, "desc.pattern", (double)d->pattern,
+                   "RSM_PATTERN_FLUX with visible_fn, unless sample_count is 0");
+    return RSM_ERR_DESC;
+}
+
 /* Checks a desc, which may be NULL, and writes it with its defaults to out. */
 static inline rsm_result rsm__gather_check(const rsm__logger *log, const rsm_gather_desc *desc,
                                            const rsm_points *points, rsm_gather_desc *out)
@@ -224,6 +234,7 @@ static inline void rsm__gather_close(rsm__gather *g, const rsm__allocator *a)
     rsm__free(a, g->pattern);
     while (i-- > 0) {
         rsm__free(a, g->sources[i].reaches);
+        rsm__free(a, g->sources[i].numbers);
         rsm__free(a, g->sources[i].gloss);
         rsm__free(a, g->sources[i].blocks);
     }
@@ -391,6 +402,7 @@ RSM_DEF rsm_result rsm_gather(const rsm_map *const *maps, size_t map_count, cons
     memset(&g, 0, sizeof g);
     if (result == RSM_OK) result = rsm__points_check(&log, points, irradiance);
     if (result == RSM_OK) result = rsm__gather_check(&log, desc, points, &g.desc);
+    if (result == RSM_OK) result = rsm__seeing_check(&log, &g.desc);
     if (result != RSM_OK) return result;
     g.points = points;
     g.out = irradiance;

@@ -393,6 +393,7 @@ static inline rsm_result rsm__picture_check(const rsm__logger *log, const rsm_po
         return RSM_ERR_ARGUMENT;
     }
     result = rsm__gather_check(log, desc, points, gather);
+    if (result == RSM_OK) result = rsm__seeing_check(log, gather);
     if (result == RSM_OK) result = rsm__interpolation_check(log, interpolation, how);
     if (result != RSM_OK) return result;
     if (gather->noise) return rsm__refuse(log, RSM_ERR_DESC, "desc.noise", "is not NULL, as it must be here");

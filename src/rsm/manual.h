@@ -10,9 +10,9 @@
 
    What it does not do
 
-   - Nothing stands in the way of bounced light: surfaces behind others are lit too, as in the paper. The
-     share of it that reaches each point (ambient occlusion) is taken as input; ism.h has real shadows of
-     bounced light.
+   - Nothing stands in the way of bounced light by itself: surfaces behind others are lit too, as in the
+     paper. What a point sees of each light is asked of a function (visible_fn), such as ism.h and csm.h have,
+     or of yours; the share of all light that reaches a point (ambient occlusion) is taken as input, too.
    - Light bounces once. The header renders no pictures, starts no threads and opens no files.
 
    Quick start
@@ -99,7 +99,7 @@
      section 3.2  flux through a texel, times albedo       rsm_rasterize, rsm_fill, rsm_finish  T30 T31 T33
      section 3.2  lights move below their surface          rsm_gather_desc (offset)             T38
      eq. (2)      the sum over texels                      rsm_gather                           T32 T42 T44
-     section 3.3  bounced light without shadows            rsm_gather; ism.h has them           -
+     section 3.3  bounced light without shadows, or with    rsm_gather_desc (visible_fn)         -
      section 3.3  a receiver's projection into the map     rsm_map_project                      T34
      eq. (3)      samples about the projection             rsm_pattern_build, rsm_pattern       T26 T27 T36
      section 3.3  samples weighted by xi^2, normalised     rsm_gather_desc (paper_weights)      T26

@@ -8,6 +8,7 @@ typedef struct rsm__source {       /* the pixel lights of one map, or of a list 
     const rsm_map *map;            /* NULL: a list */
     rsm__block    *blocks;         /* the lights that all receivers share, set by set */
     rsm__gloss    *gloss;          /* their lobes, or NULL */
+    uint32_t      *numbers;        /* of each lane, as visible_fn knows it; NULL without such a function */
     size_t         set_blocks;     /* blocks of one set */
     size_t         set_lights;     /* lights of one set */
     size_t         set_lanes;      /* lanes of these lights, a multiple of RSM__LANES */
@@ -32,6 +33,7 @@ typedef struct rsm__gather {       /* one call of rsm_gather, rsm_gather_list or
     size_t            count;                     /* receivers */
     float            *pattern;                   /* x, y and weight of each sample, set by set */
     uint32_t          sets;                      /* interleave^2 */
+    size_t            numbered;                  /* lights of the sources before that visible_fn knows */
     uint32_t          set_samples;               /* samples of the pattern in each set */
     uint32_t          shared, centred;           /* samples that all receivers share, and samples about each
                                                     receiver; MIXED has both */

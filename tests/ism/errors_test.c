@@ -816,6 +816,86 @@ static int count_down(void *user, float fraction)
     return stop_at-- == 0;
 }
 
+/* VPL n is point n of all sources, as ism_set_vpls takes it; points without flux keep their number, whatever else they
+   hold. */
+static void sources_become_vpls_point_by_point(void **state)
+{
+    static float at[3 * 4] = { 0, 1, 0, 1, 2, 3, 0, 0, 0, -1, 0, 2 };
+    static float normal[3 * 4] = { 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0 };
+    static float flux[3 * 4] = { 1, 2, 3, 4, 5, 6, 0, 0, 0, 7, 8, 9 }, area[4] = { 1, -1, 2, 3 };
+    static float lobe[4 * 4] = { 0, 1, 0, 1, 0, 0, 1, 20, 0, 0, 0, 0, 1, 0, 0, 0 };
+    static float to_sky[6] = { 0, 1, 0, 0, 0.6f, 0.8f }, sky[6] = { 1, 1, 1, 2, 2, 2 };
+    ism_source sources[2], good;
+    ism_desc d = small_desc();
+    const ism_vpl *v;
+    ism_vpl same[6];
+    size_t count;
+    world w;
+    (void)state;
+    open_world(&w, &d);
+    memset(sources, 0, sizeof sources);
+    sources[0].width = sources[0].height = 2;
+    sources[0].positions = at;
+    sources[0].normals = normal;
+    sources[0].fluxes = flux;
+    sources[0].areas = area;
+    sources[0].lobes = lobe;
+    sources[1].kind = ISM_SOURCE_DIRECTIONS;
+    sources[1].width = 2;
+    sources[1].height = 1;
+    sources[1].positions = to_sky;
+    sources[1].fluxes = sky;
+    assert_int_equal(ism_set_sources(w.maps, sources, 2), ISM_OK);
+    v = ism_vpls(w.maps, &count);
+    assert_int_equal(count, 6);
+    memcpy(same, v, sizeof same);
+    for (size_t i = 0; i < 4; i++) {
+        assert_true(v[i].source == 0 && v[i].texel == i && !v[i].directional);
+        assert_memory_equal(v[i].flux, flux + 3 * i, 12);
+        if (i == 2) continue;
+        assert_memory_equal(v[i].position, at + 3 * i, 12);
+        assert_memory_equal(v[i].normal, normal + 3 * i, 12);
+        assert_memory_equal(v[i].axis, lobe + 4 * i, 16);
+        assert_true(fabsf(v[i].area - (i == 1 ? 0 : area[i])) <= 0);
+    }
+    for (size_t i = 4; i < 6; i++) {
+        assert_true(v[i].source == 1 && v[i].texel == i - 4 && v[i].directional);
+        for (int k = 0; k < 3; k++) assert_true(fabsf(v[i].normal[k] + to_sky[3 * (i - 4) + (size_t)k]) <= 0);
+    }
+    assert_int_equal(ism_build(w.maps, &w.frame), ISM_OK);
+    assert_int_equal(ism_set_vpls(w.maps, same, 6), ISM_OK);
+    for (size_t i = 0; i < 6; i++)
+        assert_memory_equal(same[i].flux, v[i].flux, sizeof(ism_vpl) - offsetof(ism_vpl, flux));
+
+    good = sources[0];
+#define TAKEN(expected, change)                                                                                        \
+    do {                                                                                                               \
+        change;                                                                                                        \
+        assert_int_equal(ism_set_sources(w.maps, sources, 1), expected);                                               \
+        assert_int_equal(ism_vpls(w.maps, &count)[5].texel, 1);         /* untouched */                                \
+        sources[0] = good;                                                                                             \
+    } while (0)
+    TAKEN(ISM_ERR_ARGUMENT, sources[0].positions = NULL);
+    TAKEN(ISM_ERR_ARGUMENT, sources[0].width = 0);
+    TAKEN(ISM_ERR_ARGUMENT, sources[0].flux_stride = 10);
+    TAKEN(ISM_ERR_INPUT, sources[0].kind = ISM_SOURCE_COUNT);
+    TAKEN(ISM_ERR_LIMIT, sources[0].width = 9);
+    flux[3] = -1;
+    TAKEN(ISM_ERR_INPUT, (void)0);
+    flux[3] = 4;
+    normal[5] = 0.9f;
+    TAKEN(ISM_ERR_INPUT, (void)0);
+    normal[5] = 1;
+    lobe[7] = 2e5f;
+    TAKEN(ISM_ERR_INPUT, (void)0);
+    lobe[7] = 20;
+    TAKEN(ISM_OK, (void)0);
+    assert_int_equal(ism_set_sources(w.maps, NULL, 1), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_set_sources(NULL, sources, 1), ISM_ERR_ARGUMENT);
+    assert_int_equal(ism_set_sources(w.maps, NULL, 0), ISM_OK);
+    ism_free(w.maps);
+}
+
 static void every_call_of_progress_may_cancel(void **state)
 {
     int at;
@@ -850,6 +930,7 @@ int main(void)
         cmocka_unit_test(odd_values_give_finite_light),
         cmocka_unit_test(nothing_to_do_is_no_error),
         cmocka_unit_test(a_sky_lights_and_shadows),
+        cmocka_unit_test(sources_become_vpls_point_by_point),
         cmocka_unit_test(every_call_of_progress_may_cancel),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

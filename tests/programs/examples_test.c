@@ -24,7 +24,8 @@ static const example examples[] = {
     { "04b_ism_minimal", 320, 200, { 104.13, 66.35, 66.35 } },
     { "04c_gifilter_minimal", 320, 200, { 176.57, 176.57, 176.57 } },
     { "04d_ism_stages", 768, 192, { 103.29, 100.01, 96.70 } },
-    { "04e_rsm_own_renderer", 640, 120, { 106.32, 101.72, 91.10 } }
+    { "04e_rsm_own_renderer", 640, 120, { 106.32, 101.72, 91.10 } },
+    { "04f_rsm_shadows", 720, 160, { 90.28, 58.41, 58.41 } }
 };
 
 static void look(const example *e)

@@ -209,6 +209,13 @@ static void a_wrong_desc_of_light_is_named(void **state)
     close_stage(t);
 }
 
+static void nothing_seen(void *user, const float position[3], const float normal[3], const uint32_t *numbers,
+                         size_t count, float *visible)
+{
+    (void)user, (void)position, (void)normal, (void)numbers;
+    memset(visible, 0, count * sizeof *visible);
+}
+
 static void tables_of_another_desc_are_named(void **state)
 {
     GL_TEST(t, state)
@@ -228,6 +235,8 @@ static void tables_of_another_desc_are_named(void **state)
          "glbk_rsm_tables_upload: points is NULL, and the pattern needs some");
     SAYS_OF(g.sample_count, 0, TABLES, GLBK_ERR_ARGUMENT,
             "glbk_rsm_tables_upload: points is not NULL, and the pattern needs none");
+    SAYS_OF(g.visible_fn, nothing_seen, GATHER, GLBK_ERR_DESC,
+            "glbk_rsm_gather: desc.visible_fn is not NULL: a GPU cannot call it; gl_ism.h has shadows of bounced light");
     g.noise = noise;
     SAYS_OF(g.noise_side, 1025, TABLES, GLBK_ERR_LIMIT,
             "glbk_rsm_tables_upload: desc.noise_side is 1025; it must be 1..1024");
