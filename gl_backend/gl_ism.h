@@ -363,7 +363,7 @@ struct glbk_ism_renderer {              /* the light of a picture; read only; ze
 /* ---- what the GLSL declares; see "bindings" in gl_programs.h ---- */
 
 #define GLBK_ISM_TABLES(X)                                                                              \
-    X(sampler2DArray, glbk_ism_vpls, 0)         /* VPLs and near points: docs/gpu-layouts.md */         \
+    X(usampler2DArray, glbk_ism_vpls, 0)        /* VPLs and near points: docs/gpu-layouts.md */         \
     X(usampler2DArray, glbk_ism_surfels, 1)     /* triangle, barycentric coordinates, area */           \
     X(usampler2DArray, glbk_ism_triangles, 2)   /* of each three indices, opacity */                    \
     X(sampler2DArray, glbk_ism_positions, 3)    /* of vertices */
@@ -773,8 +773,9 @@ static const struct { char s0[3975]; char s1[485]; char end; } glbk__ism_files_l
     "}\n", 0
 };
 
-static const struct { char s0[2184]; char end; } glbk__glsl_lib_ism_access_glsl = {
-    "\n\nstruct ism_grid{\n"
+static const struct { char s0[2066]; char end; } glbk__glsl_lib_ism_access_glsl = {
+    "\n\n\n#define ISM_TEXEL(i) uintBitsToFloat(texelFetch(glbk_ism_vpls, glbk_table_at(i), 0))\n"
+    "\nstruct ism_grid{\n"
     "float exponent;\n"
     "vec4 across,down;\n"
     "};\n"
@@ -801,10 +802,8 @@ static const struct { char s0[2184]; char end; } glbk__glsl_lib_ism_access_glsl 
     "\n\nism_vpl ism_read_vpl(uint v)\n"
     "{\n"
     "ism_vpl l;\n"
-    "vec4 a=texelFetch(glbk_ism_vpls,glbk_table_at(4u*v),0);\n"
-    "vec4 b=texelFetch(glbk_ism_vpls,glbk_table_at(4u*v+1u),0);\n"
-    "vec4 c=texelFetch(glbk_ism_vpls,glbk_table_at(4u*v+2u),0);\n"
-    "vec4 d=texelFetch(glbk_ism_vpls,glbk_table_at(4u*v+3u),0);\n"
+    "vec4 a=ISM_TEXEL(4u*v),b=ISM_TEXEL(4u*v+1u);\n"
+    "vec4 c=ISM_TEXEL(4u*v+2u),d=ISM_TEXEL(4u*v+3u);\n"
     "l.position=a.xyz;\n"
     "l.sky=a.w<.0;\n"
     "l.exponent=l.sky?1.:a.w;\n"
@@ -842,8 +841,7 @@ static const struct { char s0[2184]; char end; } glbk__glsl_lib_ism_access_glsl 
     "}\n"
     "\n\nism_grid ism_read_grid(uint v)\n"
     "{\n"
-    "return ism_grid_of(texelFetch(glbk_ism_vpls,glbk_table_at(4u*v),0).w,\n"
-    "uint(texelFetch(glbk_ism_vpls,glbk_table_at(4u*v+3u),0).w));\n"
+    "return ism_grid_of(ISM_TEXEL(4u*v).w,uint(ISM_TEXEL(4u*v+3u).w));\n"
     "}\n"
     "\n\n\nvec3 ism_texel_direction(ism_grid g,ivec2 texel)\n"
     "{\n"
@@ -853,8 +851,8 @@ static const struct { char s0[2184]; char end; } glbk__glsl_lib_ism_access_glsl 
     "}\n", 0
 };
 
-static const struct { char s0[734]; char end; } glbk__glsl_lib_ism_bindings_glsl = {
-    "\nuniform sampler2DArray glbk_ism_vpls;\n"
+static const struct { char s0[735]; char end; } glbk__glsl_lib_ism_bindings_glsl = {
+    "\nuniform usampler2DArray glbk_ism_vpls;\n"
     "uniform usampler2DArray glbk_ism_surfels;\n"
     "uniform usampler2DArray glbk_ism_triangles;\n"
     "uniform sampler2DArray glbk_ism_positions;\n"
@@ -1116,7 +1114,58 @@ static const struct { char s0[629]; char end; } glbk__glsl_lib_ism_holes_glsl = 
     "}\n", 0
 };
 
-static const struct { char s0[3998]; char s1[3979]; char s2[44]; char end; } glbk__glsl_lib_ism_light_glsl = {
+static const struct { char s0[1459]; char end; } glbk__glsl_lib_ism_inter_texel_glsl = {
+    "\n\n\n\nbool ism_to_clip(vec3 p,out vec2 at)\n"
+    "{\n"
+    "vec4 c=glbk_ism_choosing.world_to_clip*vec4(p,1.);\n"
+    "bool known=abs(c.w)>1e-20;\n"
+    "at=vec2(.0);\n"
+    "if(known)at=c.xy/c.w;\n"
+    "return known&&abs(at.x)<8.&&abs(at.y)<8.;\n"
+    "}\n"
+    "\n\n\n\nvoid ism_inter_texel(ivec2 texel,vec2 fraction,inout vec3 position,inout vec3 normal)\n"
+    "{\n"
+    "vec2 s=fraction-.5,from,to;\n"
+    "vec3 p0=position,n0=normal,sum=vec3(.0),mixed=vec3(.0),offsets[4],normals[4];\n"
+    "float weights=.0,shares[4],behind=.0;\n"
+    "int height=int(glbk_ism_choosing.face_height),face=texel.y/height;\n"
+    "ivec2 lowest=ivec2(0,face*height),highest=ivec2(int(glbk_ism_choosing.width),(face+1)*height)-1;\n"
+    "ivec2 beside=ivec2(1);\n"
+    "if(s.x<.0)beside.x= -1;\n"
+    "if(s.y<.0)beside.y= -1;\n"
+    "bool known=ism_to_clip(p0,from);\n"
+    "for(int k=0;k<4;k++){\n"
+    "ivec2 pick=ivec2(k&1,k>>1),at=texel+pick*beside,kept=clamp(at,lowest,highest);\n"
+    "vec2 share=mix(1.-abs(s),abs(s),vec2(pick));\n"
+    "float w=share.x*share.y;\n"
+    "ism_pvpl q=ism_read_pvpl(kept);\n"
+    "vec3 d=q.position-p0;\n"
+    "bool used=at==kept&&q.luminance>.0;\n"
+    "if(k>0)used=used&&dot(n0,q.normal)>.9&&abs(dot(n0,d))<=.1*length(d);\n"
+    "if(k>0&&known&&ism_to_clip(q.position,to))w*=cohsm_exp(-50.*dot(to-from,to-from));\n"
+    "if(!used){\n"
+    "w=.0;\n"
+    "d=vec3(.0);\n"
+    "q.normal=vec3(.0);\n"
+    "}\n"
+    "sum+=w*d;\n"
+    "mixed+=w*q.normal;\n"
+    "weights+=w;\n"
+    "offsets[k]=d;\n"
+    "normals[k]=q.normal;\n"
+    "shares[k]=w;\n"
+    "}\n"
+    "if(weights>.0){\n"
+    "normal=normalize(mixed);\n"
+    "sum/=weights;\n"
+    "for(int k=0;k<4;k++)\n"
+    "behind+=shares[k]/weights*dot(normals[k],offsets[k]-sum)*dot(normals[k],normal);\n"
+    "position=p0+sum+max(behind,.0)*normal;\n"
+    "}\n"
+    "}\n", 0
+};
+
+static const struct { char s0[3998]; char s1[3830]; char end; } glbk__glsl_lib_ism_light_glsl = {
     "\n\n\n\n\n\n\n\n#ifndef ISM_NEAR\n"
     "#define ISM_NEAR 6\n"
     "#elif ISM_NEAR == 0\n"
@@ -1279,9 +1328,9 @@ static const struct { char s0[3998]; char s1[3979]; char s2[44]; char end; } glb
     "\n\nism_near_point ism_read_near(uint i)\n"
     "{\n"
     "uint at=glbk_ism_frame.first_near_point+3u*i;\n"
-    "vec4 a=texelFetch(glbk_ism_vpls,glbk_table_at(at),0);\n"
-    "vec4 b=texelFetch(glbk_ism_vpls,glbk_table_at(at+1u),0);\n"
-    "vec4 c=texelFetch(glbk_ism_vpls,glbk_table_at(at+2u),0);\n"
+    "vec4 a=ISM_TEXEL(at);\n"
+    "vec4 b=ISM_TEXEL(at+1u);\n"
+    "vec4 c=ISM_TEXEL(at+2u);\n"
     "ism_near_point q;\n"
     "q.position=a.xyz;\n"
     "q.edge=a.w;\n"
@@ -1326,14 +1375,14 @@ static const struct { char s0[3998]; char s1[3979]; char s2[44]; char end; } glb
     "\n\nbool ism_near_counts(uint i,vec3 p,vec3 n)\n"
     "{\n"
     "uint at=glbk_ism_frame.first_near_point+3u*i;\n"
-    "vec4 a=texelFetch(glbk_ism_vpls,glbk_table_at(at),0);\n"
-    "vec4 b=texelFetch(glbk_ism_vpls,glbk_table_at(at+1u),0);\n"
+    "vec4 a=ISM_TEXEL(at);\n"
+    "vec4 b=ISM_TEXEL(at+1u);\n"
     "return ism_near_weight(a.xyz,b.w,b.xyz,p,n)>.0;\n"
     "}\n"
     "\n\n\nuint ism_near_block(uint i,uint count,vec3 p)\n"
     "{\n"
     "for(;i<count;i+=64u){\n"
-    "vec4 sphere=texelFetch(glbk_ism_vpls,glbk_table_at(glbk_ism_frame.first_sphere+i/64u),0);\n"
+    "vec4 sphere=ISM_TEXEL(glbk_ism_frame.first_sphere+i/64u);\n"
     "vec3 d=sphere.xyz-p;\n"
     "if(dot(d,d)<sphere.w*sphere.w)break;\n"
     "}\n"
@@ -1376,7 +1425,7 @@ static const struct { char s0[3998]; char s1[3979]; char s2[44]; char end; } glb
     "for(uint v=first;v<count;v+=set_count)ism_add(sum,v,ism_read_vpl(v),p,n,ng,most);\n"
     "#if ISM_NEAR == 6\n"
     "return ism_scaled(sum,set_count)+ism_gather(p,n,ng,first,set_count);\n"
-    "#else\n",
+    "#else\n"
     "return ism_scaled(sum,set_count);\n"
     "#endif\n"
     "}\n", 0
@@ -1551,6 +1600,62 @@ static const struct { char s0[1790]; char end; } glbk__glsl_lib_ism_push_glsl = 
     "}\n", 0
 };
 
+static const struct { char s0[813]; char end; } glbk__glsl_lib_ism_pvpl_glsl = {
+    "\n\nstruct ism_pvpl{\n"
+    "vec3 position,normal,flux;\n"
+    "float area;\n"
+    "float luminance;\n"
+    "};\n"
+    "\n\n\nism_pvpl ism_read_pvpl(ivec2 at)\n"
+    "{\n"
+    "ism_pvpl p;\n"
+    "int side=int(glbk_ism_choosing.face_height),face=at.y/side;\n"
+    "ivec3 to=ivec3(at.x,at.y-face*side,3*face);\n"
+    "vec4 place=uintBitsToFloat(texelFetch(glbk_ism_texels,to,0));\n"
+    "vec4 normal=uintBitsToFloat(texelFetch(glbk_ism_texels,to+ivec3(0,0,1),0));\n"
+    "vec4 flux=uintBitsToFloat(texelFetch(glbk_ism_texels,to+ivec3(0,0,2),0));\n"
+    "float length2=dot(normal.xyz,normal.xyz);\n"
+    "bool usable=cohsm_finite3(place.xyz)&&length2>=.9409&&length2<=1.0609;\n"
+    "usable=usable&&all(greaterThanEqual(flux.xyz,vec3(.0)))&&all(lessThanEqual(flux.xyz,vec3(1e30)));\n"
+    "p.position=place.xyz;\n"
+    "p.normal=normal.xyz;\n"
+    "p.flux=flux.xyz;\n"
+    "p.area=flux.w;\n"
+    "p.luminance=.0;\n"
+    "if(usable)p.luminance=(flux.x+flux.y+flux.z)*(1./3.);\n"
+    "return p;\n"
+    "}\n", 0
+};
+
+static const struct { char s0[779]; char end; } glbk__glsl_lib_ism_search_glsl = {
+    "\n\n\n\n\nint ism_search_block(usampler2D sums,ivec2 base,ivec2 along,int first,int count,inout float x)\n"
+    "{\n"
+    "int lo=first,hi=min(first+32,count)-1;\n"
+    "float before=.0;\n"
+    "x=min(x,.99999994*uintBitsToFloat(texelFetch(sums,base+along*hi,0).x));\n"
+    "for(int k=0;k<5;k++){\n"
+    "int middle=(lo+hi)>>1;\n"
+    "float sum=uintBitsToFloat(texelFetch(sums,base+along*middle,0).x);\n"
+    "bool past=lo<hi&& !(sum>x);\n"
+    "if(past){\n"
+    "lo=middle+1;\n"
+    "before=sum;\n"
+    "}\n"
+    "if(!past)hi=max(middle,lo);\n"
+    "}\n"
+    "x-=before;\n"
+    "return lo;\n"
+    "}\n"
+    "\n\n\nint ism_search(usampler2D sums0,usampler2D sums1,usampler2D sums2,ivec2 base,ivec2 along,int count,\n"
+    "inout float x)\n"
+    "{\n"
+    "int blocks=(count+31)>>5;\n"
+    "int k=ism_search_block(sums2,base,along,0,(blocks+31)>>5,x);\n"
+    "k=ism_search_block(sums1,base,along,32*k,blocks,x);\n"
+    "return ism_search_block(sums0,base,along,32*k,count,x);\n"
+    "}\n", 0
+};
+
 static const struct { char s0[175]; char end; } glbk__glsl_lib_ism_view_glsl = {
     "\nlayout(std140)uniform glbk_ism_view_block{\n"
     "uint width;\n"
@@ -1619,6 +1724,78 @@ static const struct { char s0[453]; char end; } glbk__glsl_prog_ism_blur_frag = 
     "ivec2 at=ivec2(gl_FragCoord.xy);\n"
     "ism_receiver c;\n"
     "result=glbk_pack(ism_read_receiver(at,c)?ism_finished(at,c):vec4(.0));\n"
+    "}\n", 0
+};
+
+static const struct { char s0[1551]; char end; } glbk__glsl_prog_ism_choose_frag = {
+    "\n\n\n\n\nlayout(location=0)out uvec4 place;\n"
+    "layout(location=1)out uvec4 facing;\n"
+    "layout(location=2)out uvec4 power;\n"
+    "\n\nfloat ism_to_unit(uint bits){return float(bits>>8)*(1./16777216.);}\n"
+    "\nvoid main()\n"
+    "{\n"
+    "ivec2 at=ivec2(gl_FragCoord.xy),texel,end=textureSize(glbk_ism_row_sums2,0)-1;\n"
+    "uint i=uint(at.y)*256u+uint(at.x),n=glbk_ism_choosing.vpl_count;\n"
+    "int width=int(glbk_ism_choosing.width),height=end.y+1;\n"
+    "float total=uintBitsToFloat(texelFetch(glbk_ism_column_sums2,textureSize(glbk_ism_column_sums2,0)-1,0).x);\n"
+    "place=facing=power=uvec4(0u);\n"
+    "if(i>=n|| !(total>.0))return;\n"
+    "float y=fract((float(i)+.5)/float(n)+glbk_ism_choosing.shift)*total;\n"
+    "texel.y=ism_search(glbk_ism_column_sums0,glbk_ism_column_sums1,glbk_ism_column_sums2,ivec2(0),ivec2(0,1),\n"
+    "height,y);\n"
+    "float row=uintBitsToFloat(texelFetch(glbk_ism_row_sums2,ivec2(end.x,texel.y),0).x);\n"
+    "float x=ism_to_unit(i*2654435769u+glbk_ism_choosing.shift_bits)*row;\n"
+    "texel.x=ism_search(glbk_ism_row_sums0,glbk_ism_row_sums1,glbk_ism_row_sums2,ivec2(0,texel.y),ivec2(1,0),\n"
+    "width,x);\n"
+    "float weight=uintBitsToFloat(texelFetch(glbk_ism_importances,texel,0).x);\n"
+    "vec2 fraction=min(vec2(x/weight,y/row),vec2(.99999994));\n"
+    "float scale=total/(float(n)*weight);\n"
+    "ism_pvpl p=ism_read_pvpl(texel);\n"
+    "p.normal=normalize(p.normal);\n"
+    "if(glbk_ism_choosing.inter_texel!=0u)ism_inter_texel(texel,fraction,p.position,p.normal);\n"
+    "float area=p.area*scale;\n"
+    "if(!(area>=.0&&area<3e38))area=.0;\n"
+    "place=floatBitsToUint(vec4(p.position,area));\n"
+    "facing=floatBitsToUint(vec4(p.normal,.0));\n"
+    "power=floatBitsToUint(vec4(min(p.flux*scale,vec3(1e30)),.0));\n"
+    "}\n", 0
+};
+
+static const struct { char s0[1148]; char end; } glbk__glsl_prog_ism_edges_frag = {
+    "\n\n\n\n\nlayout(location=0)out uvec4 result;\n"
+    "\nvec4 ism_drawn(uint v,int k)\n"
+    "{\n"
+    "return uintBitsToFloat(texelFetch(glbk_ism_drawn,ivec3(v&255u,v>>8,k),0));\n"
+    "}\n"
+    "\nfloat ism_edge(uint v,vec3 p,vec3 n,float area)\n"
+    "{\n"
+    "vec4 near2=vec4(1e30);\n"
+    "for(uint i=0u;i<glbk_ism_choosing.vpl_count;i++){\n"
+    "vec4 other=ism_drawn(i,0);\n"
+    "vec3 d=other.xyz-p;\n"
+    "float d2=dot(d,d);\n"
+    "bool beside=i!=v&&d2<near2.w&&dot(n,ism_drawn(i,1).xyz)>=.5;\n"
+    "if(beside&& !(d2>.0))area+=other.w;\n"
+    "if(beside&&d2>.0)near2=vec4(min(d2,near2.x),clamp(d2,near2.x,near2.y),\n"
+    "clamp(d2,near2.y,near2.z),clamp(d2,near2.z,near2.w));\n"
+    "}\n"
+    "float most=.0;\n"
+    "if(near2.w<1e30)most=3.14159265*near2.w;\n"
+    "if(!(area>.0))area=.25*most;\n"
+    "else if(most>.0)area=min(area,2.*most);\n"
+    "return sqrt(area);\n"
+    "}\n"
+    "\nvoid main()\n"
+    "{\n"
+    "uint at=uint(gl_FragCoord.y)*1024u+uint(gl_FragCoord.x),v=at>>2,part=at&3u;\n"
+    "vec4 place=ism_drawn(v,0),normal=ism_drawn(v,1),texel;\n"
+    "bool black=dot(normal.xyz,normal.xyz)==.0;\n"
+    "if(black)normal.z=1.;\n"
+    "if(part==0u)texel=vec4(place.xyz,1.);\n"
+    "else if(part==2u)texel=vec4(ism_drawn(v,2).xyz,.0);\n"
+    "else texel=vec4(normal.xyz,.0);\n"
+    "if(part==1u&& !black)texel.w=ism_edge(v,place.xyz,normal.xyz,place.w);\n"
+    "result=floatBitsToUint(texel);\n"
     "}\n", 0
 };
 
@@ -1751,6 +1928,22 @@ static const struct { char s0[304]; char end; } glbk__glsl_prog_ism_resolve_frag
     "glbk_picture_show(seen,p.position);\n"
     "vec3 albedo=seen?p.diffuse*(1.-p.metallic):vec3(.0);\n"
     "result=vec4(glbk_unpack(texelFetch(glbk_ism_light,at,0)).xyz*albedo*.318309886,1.);\n"
+    "}\n", 0
+};
+
+static const struct { char s0[457]; char end; } glbk__glsl_prog_ism_scan_frag = {
+    "\n\n\n\n\n\nlayout(location=0)out uint result;\n"
+    "\nvoid main()\n"
+    "{\n"
+    "ivec2 at=ivec2(gl_FragCoord.xy),along=ivec2(1,0);\n"
+    "if(glbk_ism_choosing.columns!=0u)along=ivec2(0,1);\n"
+    "int i=at.x*along.x+at.y*along.y;\n"
+    "int pace=int(glbk_ism_choosing.pace),last=int(glbk_ism_choosing.value_count)-1;\n"
+    "ivec2 base=at-along*i;\n"
+    "float sum=.0;\n"
+    "for(int k=i-(i&31);k<=i;k++)\n"
+    "sum+=uintBitsToFloat(texelFetch(glbk_ism_below,base+along*min(pace*k+pace-1,last),0).x);\n"
+    "result=floatBitsToUint(sum);\n"
     "}\n", 0
 };
 
@@ -2022,6 +2215,14 @@ static const struct { char s0[1212]; char end; } glbk__glsl_prog_ism_splat_vert 
     "}\n", 0
 };
 
+static const struct { char s0[129]; char end; } glbk__glsl_prog_ism_weigh_frag = {
+    "\n\n\nlayout(location=0)out uint result;\n"
+    "\nvoid main()\n"
+    "{\n"
+    "result=floatBitsToUint(ism_read_pvpl(ivec2(gl_FragCoord.xy)).luminance);\n"
+    "}\n", 0
+};
+
 static const glbk_file glbk__ism_files[] = {
     { "lib/cohsm_math.glsl\0" "" "\0" "" "\0"
       "" "\0" "",
@@ -2050,6 +2251,9 @@ static const glbk_file glbk__ism_files[] = {
     { "lib/ism_holes.glsl\0" "ism_fill ism_frame" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_ism_holes_glsl },
+    { "lib/ism_inter_texel.glsl\0" "ism_pvpl" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_ism_inter_texel_glsl },
     { "lib/ism_light.glsl\0" "ism_access ism_frame ism_view" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_ism_light_glsl },
@@ -2059,6 +2263,12 @@ static const glbk_file glbk__ism_files[] = {
     { "lib/ism_push.glsl\0" "ism_fill ism_frame" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_ism_push_glsl },
+    { "lib/ism_pvpl.glsl\0" "cohsm_math ism_bindings" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_ism_pvpl_glsl },
+    { "lib/ism_search.glsl\0" "" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_ism_search_glsl },
     { "lib/ism_view.glsl\0" "" "\0" "" "\0"
       "" "\0" "glbk_ism_view",
       (const char *)&glbk__glsl_lib_ism_view_glsl },
@@ -2068,6 +2278,12 @@ static const glbk_file glbk__ism_files[] = {
     { "prog/ism_blur.frag\0" "ism_blur" "\0" "screen.vert" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_blur_frag },
+    { "prog/ism_choose.frag\0" "ism_search ism_inter_texel" "\0" "screen.vert" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_prog_ism_choose_frag },
+    { "prog/ism_edges.frag\0" "ism_bindings" "\0" "screen.vert" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_prog_ism_edges_frag },
     { "prog/ism_fill.comp\0" "ism_holes ism_push ism_frame" "\0" "" "\0"
       "ISM_PROJECTION=1 | ISM_PROJECTION=4" "\0" "",
       (const char *)&glbk__glsl_prog_ism_fill_comp },
@@ -2083,6 +2299,9 @@ static const glbk_file glbk__ism_files[] = {
     { "prog/ism_resolve.frag\0" "ism_bindings gbuffer picture" "\0" "screen.vert" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_resolve_frag },
+    { "prog/ism_scan.frag\0" "ism_bindings" "\0" "screen.vert" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_prog_ism_scan_frag },
     { "prog/ism_shade.comp\0" "ism_gbuffer ism_light ism_view" "\0" "" "\0"
       "ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5 | ISM_NEAR=6" "\0" "",
       (const char *)&glbk__glsl_prog_ism_shade_comp },
@@ -2097,7 +2316,10 @@ static const glbk_file glbk__ism_files[] = {
       (const char *)&glbk__glsl_prog_ism_splat_frag },
     { "prog/ism_splat.vert\0" "ism_disc ism_frame" "\0" "" "\0"
       "" "\0" "",
-      (const char *)&glbk__glsl_prog_ism_splat_vert }
+      (const char *)&glbk__glsl_prog_ism_splat_vert },
+    { "prog/ism_weigh.frag\0" "ism_pvpl" "\0" "screen.vert" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_prog_ism_weigh_frag }
 };
 
 
@@ -2544,7 +2766,7 @@ static glbk_result glbk__ism_create_all(glbk_context *ctx, glbk_ism_maps *m)
     const size_t vpls = m->desc.vpl_count;
     glbk_result result = glbk__ism_create_surfels(ctx, m);
     if (result == GLBK_OK)
-        result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32F, NULL,
+        result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL,
                                     glbk__ism_vpl_texels(m) + glbk__ism_spheres(m) +
                                        3 * vpls * (size_t)m->desc.near_point_count, &m->vpls);
     if (result == GLBK_OK)

@@ -1,7 +1,7 @@
 /* ---- what the GLSL declares; see "bindings" in gl_programs.h ---- */
 
 #define GLBK_ISM_TABLES(X)                                                                              \
-    X(sampler2DArray, glbk_ism_vpls, 0)         /* VPLs and near points: docs/gpu-layouts.md */         \
+    X(usampler2DArray, glbk_ism_vpls, 0)        /* VPLs and near points: docs/gpu-layouts.md */         \
     X(usampler2DArray, glbk_ism_surfels, 1)     /* triangle, barycentric coordinates, area */           \
     X(usampler2DArray, glbk_ism_triangles, 2)   /* of each three indices, opacity */                    \
     X(sampler2DArray, glbk_ism_positions, 3)    /* of vertices */

@@ -1,5 +1,8 @@
 // ism_access - reads VPLs and finds the texels of their tiles, by what glbk_ism_bind binds.
 // uses: table ism_map ism_bindings
+// ISM_TEXEL reads texel i of the table of VPLs, whose floats are kept as their bits: so every GL can draw it.
+#define ISM_TEXEL(i) uintBitsToFloat(texelFetch(glbk_ism_vpls, glbk_table_at(i), 0))
+
 struct ism_grid {               // what the texels of a tile depend on
     float exponent;             // of the VPL's lobe; -1 = a sky's VPL
     vec4  across, down;         // the axes of the tile, by ism_axis
@@ -32,10 +35,8 @@ ism_grid ism_grid_of(float exponent, uint window)
 ism_vpl ism_read_vpl(uint v)
 {
     ism_vpl l;
-    vec4 a = texelFetch(glbk_ism_vpls, glbk_table_at(4u * v), 0);
-    vec4 b = texelFetch(glbk_ism_vpls, glbk_table_at(4u * v + 1u), 0);
-    vec4 c = texelFetch(glbk_ism_vpls, glbk_table_at(4u * v + 2u), 0);
-    vec4 d = texelFetch(glbk_ism_vpls, glbk_table_at(4u * v + 3u), 0);
+    vec4 a = ISM_TEXEL(4u * v), b = ISM_TEXEL(4u * v + 1u);
+    vec4 c = ISM_TEXEL(4u * v + 2u), d = ISM_TEXEL(4u * v + 3u);
     l.position = a.xyz;
     l.sky = a.w < 0.0;
     l.exponent = l.sky ? 1.0 : a.w;
@@ -83,8 +84,7 @@ vec2 ism_from_tile(ism_grid g, vec2 at)
 // Reads the grid of a VPL's tile, without the rest of the VPL.
 ism_grid ism_read_grid(uint v)
 {
-    return ism_grid_of(texelFetch(glbk_ism_vpls, glbk_table_at(4u * v), 0).w,
-                       uint(texelFetch(glbk_ism_vpls, glbk_table_at(4u * v + 3u), 0).w));
+    return ism_grid_of(ISM_TEXEL(4u * v).w, uint(ISM_TEXEL(4u * v + 3u).w));
 }
 
 // Returns the direction of a texel's centre in the tile's space, or in the map of a sky the centre's place on

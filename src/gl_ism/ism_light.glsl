@@ -204,9 +204,9 @@ struct ism_near_point {
 ism_near_point ism_read_near(uint i)
 {
     uint at = glbk_ism_frame.first_near_point + 3u * i;
-    vec4 a = texelFetch(glbk_ism_vpls, glbk_table_at(at), 0);
-    vec4 b = texelFetch(glbk_ism_vpls, glbk_table_at(at + 1u), 0);
-    vec4 c = texelFetch(glbk_ism_vpls, glbk_table_at(at + 2u), 0);
+    vec4 a = ISM_TEXEL(at);
+    vec4 b = ISM_TEXEL(at + 1u);
+    vec4 c = ISM_TEXEL(at + 2u);
     ism_near_point q;
     q.position = a.xyz;
     q.edge = a.w;
@@ -263,8 +263,8 @@ float ism_near_kernel(ism_near_point q, vec3 p, vec3 n, out float plain)
 bool ism_near_counts(uint i, vec3 p, vec3 n)
 {
     uint at = glbk_ism_frame.first_near_point + 3u * i;
-    vec4 a = texelFetch(glbk_ism_vpls, glbk_table_at(at), 0);
-    vec4 b = texelFetch(glbk_ism_vpls, glbk_table_at(at + 1u), 0);
+    vec4 a = ISM_TEXEL(at);
+    vec4 b = ISM_TEXEL(at + 1u);
     return ism_near_weight(a.xyz, b.w, b.xyz, p, n) > 0.0;
 }
 
@@ -273,7 +273,7 @@ bool ism_near_counts(uint i, vec3 p, vec3 n)
 uint ism_near_block(uint i, uint count, vec3 p)
 {
     for (; i < count; i += 64u) {
-        vec4 sphere = texelFetch(glbk_ism_vpls, glbk_table_at(glbk_ism_frame.first_sphere + i / 64u), 0);
+        vec4 sphere = ISM_TEXEL(glbk_ism_frame.first_sphere + i / 64u);
         vec3 d = sphere.xyz - p;
         if (dot(d, d) < sphere.w * sphere.w) break;
     }

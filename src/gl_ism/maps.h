@@ -139,7 +139,7 @@ static glbk_result glbk__ism_create_all(glbk_context *ctx, glbk_ism_maps *m)
     const size_t vpls = m->desc.vpl_count;
     glbk_result result = glbk__ism_create_surfels(ctx, m);
     if (result == GLBK_OK)
-        result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32F, NULL,
+        result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL,
                                     glbk__ism_vpl_texels(m) + glbk__ism_spheres(m) +
                                        3 * vpls * (size_t)m->desc.near_point_count, &m->vpls);
     if (result == GLBK_OK)

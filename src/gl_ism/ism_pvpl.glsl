@@ -1,0 +1,29 @@
+// ism_pvpl - reads the texels of a source, which might become VPLs (pVPLs).
+// uses: cohsm_math ism_bindings
+struct ism_pvpl {
+    vec3  position, normal, flux;
+    float area;
+    float luminance;            // mean of the flux's channels; 0: the texel is never chosen
+};
+
+// Reads texel (x, y) of the faces' picture, in which face lies above face. Texels are never chosen if their
+// flux is not 0..1e30 or their vectors cannot be used.
+ism_pvpl ism_read_pvpl(ivec2 at)
+{
+    ism_pvpl p;
+    int side = int(glbk_ism_choosing.face_height), face = at.y / side;
+    ivec3 to = ivec3(at.x, at.y - face * side, 3 * face);
+    vec4 place = uintBitsToFloat(texelFetch(glbk_ism_texels, to, 0));
+    vec4 normal = uintBitsToFloat(texelFetch(glbk_ism_texels, to + ivec3(0, 0, 1), 0));
+    vec4 flux = uintBitsToFloat(texelFetch(glbk_ism_texels, to + ivec3(0, 0, 2), 0));
+    float length2 = dot(normal.xyz, normal.xyz);
+    bool usable = cohsm_finite3(place.xyz) && length2 >= 0.9409 && length2 <= 1.0609;
+    usable = usable && all(greaterThanEqual(flux.xyz, vec3(0.0))) && all(lessThanEqual(flux.xyz, vec3(1e30)));
+    p.position = place.xyz;
+    p.normal = normal.xyz;
+    p.flux = flux.xyz;
+    p.area = flux.w;
+    p.luminance = 0.0;
+    if (usable) p.luminance = (flux.x + flux.y + flux.z) * (1.0 / 3.0);
+    return p;
+}

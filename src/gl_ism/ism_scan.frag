@@ -1,0 +1,20 @@
+// Draws running sums of floats along rows or columns, each within its block of 32 values. Values are what is
+// bound, or the last sum of each block of the level before, which is the block's total: three levels give
+// the prefix sums of 32,768 values (paper 4.1). Each sum is added up from the block's beginning on, in the
+// same order everywhere, so that sums never fall and all drivers agree.
+// uses: ism_bindings
+// with: screen.vert
+layout(location = 0) out uint result;
+
+void main()
+{
+    ivec2 at = ivec2(gl_FragCoord.xy), along = ivec2(1, 0);
+    if (glbk_ism_choosing.columns != 0u) along = ivec2(0, 1);
+    int i = at.x * along.x + at.y * along.y;
+    int pace = int(glbk_ism_choosing.pace), last = int(glbk_ism_choosing.value_count) - 1;
+    ivec2 base = at - along * i;
+    float sum = 0.0;
+    for (int k = i - (i & 31); k <= i; k++)
+        sum += uintBitsToFloat(texelFetch(glbk_ism_below, base + along * min(pace * k + pace - 1, last), 0).x);
+    result = floatBitsToUint(sum);
+}
