@@ -1,7 +1,7 @@
 /* 10b_rsm_ism_gl_minimal.c - one bounce with its shadows, by complete passes: a spot shines on the wall of a room in
-   which a plate swings. Per frame the spot's reflective shadow map is drawn on the GPU and read back, since ism.h
-   chooses its virtual point lights from it on the CPU. gl_ism.h draws their shadow maps and lights the G-buffer;
-   gl_rsm.h adds the spot itself.
+   which a plate swings. Per frame the spot's reflective shadow map is drawn, virtual point lights are chosen from it,
+   their shadow maps are drawn and the G-buffer is lit, all on the GPU: nothing is read back. ism.h scatters surfels
+   over the triangles on the CPU, an eighth of them a frame; gl_rsm.h adds the spot itself.
 
    cc -O2 10b_rsm_ism_gl_minimal.c -lglfw -lm -o rsm_ism_gl_minimal && ./rsm_ism_gl_minimal        Escape ends it
    ./rsm_ism_gl_minimal picture.ppm                                            one picture, no visible window */
@@ -51,7 +51,7 @@ static void place_room(float time)
         for (k = 0; k < 4; k++)
             for (c = 0; c < 3; c++) corners[q][k][c] = at[c] + (k & 1 ? u[c] : 0) + (k & 2 ? v[c] : 0);
         for (k = 0; k < 6; k++) triangles[q][k] = (uint32_t)(4 * q + (k < 3 ? k : 6 - k));
-        for (k = 0; k < GRID * GRID; k++)           /* points by which VPLs are chosen: those that light them count */
+        for (k = 0; k < GRID * GRID; k++)           /* points by which surfels are spread: those near them count */
             for (c = 0; c < 3; c++) {
                 const float x = ((float)(k % GRID) + 0.5f) / GRID, y = ((float)(k / GRID) + 0.5f) / GRID;
                 view_points[q][k][c] = at[c] + x * u[c] + y * v[c];
@@ -67,7 +67,8 @@ typedef struct app {
     glbk_rsm_map      map;
     glbk_ism_renderer ism;              /* of bounced light */
     glbk_ism_maps     maps;
-    ism_maps         *chosen;           /* ism.h's side of these */
+    glbk_ism_choice   choice;           /* of their VPLs */
+    ism_maps         *scattered;        /* ism.h's side: surfels */
     glbk_buffer       vertices;
     uint32_t          vertex_array;
     glbk_texture      light_texture, picture_texture;
@@ -93,46 +94,31 @@ static void draw_room(void *user, glbk_context *gl, glbk_rsm_renderer *r)
 
 /* ---- from the spot's map to VPLs with their maps ---- */
 
+/* VPLs lie where the spot's map has flux; of ism.h's own there are none, since its frame has no sources. */
 static int choose(app *a, const ism_mesh *mesh)
 {
-    static rsm_texel texels[SIDE * SIDE];
-    ism_source source = { ISM_SOURCE_SURFACE, SIDE, SIDE, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0 };
     ism_points view = { 0 };
-    ism_frame frame = { mesh, &source, 1, &view, a->index };
-    if (glbk_rsm_map_draw(&a->gl, &a->rsm, &a->map, draw_room, a) != GLBK_OK ||
-        glbk_rsm_map_read(&a->gl, &a->map, 0, texels) != GLBK_OK)
-        return 0;
-    source.positions = texels->position;
-    source.normals = texels->normal;
-    source.fluxes = texels->flux;
-    source.areas = &texels->area;
-    source.position_stride = source.normal_stride = source.flux_stride = source.area_stride = sizeof *texels;
+    ism_frame frame = { mesh, NULL, 0, &view, a->index };
     view.count = QUADS * GRID * GRID;
     view.positions = view_points[0][0];
     view.normals = view_normals[0][0];
-    return ism_choose(a->chosen, &frame) == ISM_OK && ism_scatter(a->chosen, &frame) == ISM_OK;
+    return glbk_rsm_map_draw(&a->gl, &a->rsm, &a->map, draw_room, a) == GLBK_OK &&
+           glbk_ism_choose(&a->gl, &a->choice, &a->maps, &a->map.texels, &a->seen, a->index) == GLBK_OK &&
+           ism_choose(a->scattered, &frame) == ISM_OK && ism_scatter(a->scattered, &frame) == ISM_OK;
 }
 
 static int draw_maps(app *a)
 {
     static ism_surfel surfels[VPLS * (SURFELS / LAZY)];
-    const ism_near_point *points;
-    const ism_vpl *vpls;
-    ism_info info;
     size_t n;
     uint32_t phase;
     for (phase = 0; phase < LAZY; phase++) {        /* all at first, then one a frame */
         if (a->index && phase != a->index % LAZY) continue;
-        if (ism_phase_surfels(a->chosen, phase, surfels, VPLS * (SURFELS / LAZY), &n) != ISM_OK ||
+        if (ism_phase_surfels(a->scattered, phase, surfels, VPLS * (SURFELS / LAZY), &n) != ISM_OK ||
             glbk_ism_surfels_upload(&a->gl, &a->maps, phase, surfels, n) != GLBK_OK)
             return 0;
     }
-    ism_get_info(a->chosen, &info);
-    vpls = ism_vpls(a->chosen, &n);
-    if (glbk_ism_vpls_upload(&a->gl, &a->maps, vpls, (uint32_t)n, &info) != GLBK_OK) return 0;
-    points = ism_near_points(a->chosen, &n);
-    return glbk_ism_near_points_upload(&a->gl, &a->maps, points, (uint32_t)n) == GLBK_OK &&
-           glbk_ism_draw(&a->gl, &a->maps, 0) == GLBK_OK;
+    return glbk_ism_draw(&a->gl, &a->maps, 0) == GLBK_OK;
 }
 
 /* ---- a frame ---- */
@@ -150,9 +136,10 @@ static int frame(app *a, float time)
     if (glbk_buffer_update(gl, &a->vertices, 0, sizeof corners, corners) != GLBK_OK ||
         (a->index ? glbk_ism_mesh_move(gl, &a->maps, corners[0][0], 0) : glbk_ism_mesh_upload(gl, &a->maps, &mesh)) !=
             GLBK_OK ||
-        !choose(a, &mesh) || !draw_maps(a) || glbk_gbuffer_begin(gl, &a->seen, view, eye) != GLBK_OK)
+        glbk_gbuffer_begin(gl, &a->seen, view, eye) != GLBK_OK)
         return 0;
     draw_room(a, gl, NULL);
+    if (!choose(a, &mesh) || !draw_maps(a)) return 0;
     shading.interleave = 4;                            /* 4 x 4 pixels share the VPLs; a blur mends that */
     pass.target = &a->light;
     if (glbk_rsm_direct(gl, &a->rsm, &a->seen, &lit, 1, NULL) != GLBK_OK ||
@@ -238,14 +225,17 @@ static int make_light(app *a)
                              0.35f, 0.05f, 10 };
     glbk_rsm_renderer_desc size = { 0 };
     const glbk_ism_renderer_desc ism_size = { WIDTH, HEIGHT };
+    const glbk_ism_choice_desc map_size = { SIDE, SIDE, 1, 0 };
     ism_desc sizes = { 0 };
     sizes.vpl_count = VPLS;
     sizes.surfel_count = SURFELS;
     sizes.lazy_frames = LAZY;
+    sizes.importance = ISM_IMPORTANCE_FLUX;
     size.width = WIDTH;
     size.height = HEIGHT;
     size.attributes = where;
-    return ism_create(&sizes, &a->chosen) == ISM_OK && glbk_ism_maps_create(&a->gl, &sizes, &a->maps) == GLBK_OK &&
+    return ism_create(&sizes, &a->scattered) == ISM_OK && glbk_ism_maps_create(&a->gl, &sizes, &a->maps) == GLBK_OK &&
+           glbk_ism_choice_create(&a->gl, &a->maps, &map_size, &a->choice) == GLBK_OK &&
            glbk_ism_renderer_create(&a->gl, &ism_size, &a->ism) == GLBK_OK &&
            glbk_rsm_renderer_create(&a->gl, &size, &a->rsm) == GLBK_OK &&
            glbk_rsm_map_create(&a->gl, &spot, SIDE, &a->map) == GLBK_OK;
@@ -276,6 +266,7 @@ static int make_all(app *a)
 
 static void free_all(app *a)
 {
+    glbk_ism_choice_free(&a->gl, &a->choice);
     glbk_ism_maps_free(&a->gl, &a->maps);
     glbk_ism_renderer_free(&a->gl, &a->ism);
     glbk_rsm_map_free(&a->gl, &a->map);
@@ -288,7 +279,7 @@ static void free_all(app *a)
     glbk_program_free(&a->gl, &a->tone);
     glbk_buffer_free(&a->gl, &a->vertices);
     glbk_free(&a->gl);
-    ism_free(a->chosen);
+    ism_free(a->scattered);
 }
 
 static GLFWwindow *open_window(int visible)

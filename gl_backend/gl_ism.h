@@ -12,7 +12,8 @@
    - It needs gl_backend.h beside it, which makes the context object, textures and targets, and whose
      conventions, errors and rules about GL's state hold here; gl_programs.h, which makes programs;
      and gl_gbuffer.h, whose G-buffer is lit.
-   - It chooses no VPLs and scatters no surfels: ism.h does.
+   - It scatters no surfels: ism.h does. VPLs are chosen by ism.h or, from maps on the GPU, by
+     glbk_ism_choose.
 
    Quick start
 
@@ -79,6 +80,11 @@
        glbk_ism_shade(gl, &renderer, &seen, &maps, NULL, 0);
        glbk_ism_resolve(gl, &renderer, &seen, &pass, NULL);
 
+   With a source in textures, such as glbk_rsm_map.texels, one call takes the place of the second and the
+   third, and nothing is read back:
+
+       glbk_ism_choose(gl, &choice, &maps, &map.texels, &seen, index);
+
    In shaders of your own
 
    These functions of lib/ism_light.glsl can be called after glbk_ism_bind:
@@ -93,9 +99,10 @@
 
    How it works, and conventions
 
-   ism.h chooses the VPLs (ism_choose) and scatters surfels over the mesh (ism_scatter). From these lists the
-   maps are drawn here and the pixels of a G-buffer are lit: surfels are drawn as discs with the depth test,
-   pull and push fill the holes between them, and each pixel sums the light of its VPLs with visibility,
+   ism.h chooses the VPLs (ism_choose), unless glbk_ism_choose does, and scatters surfels over the mesh
+   (ism_scatter). From these lists the maps are drawn here and the pixels of a G-buffer are lit: surfels are
+   drawn as discs with the depth test, pull and push fill the holes between them, and each pixel sums the
+   light of its VPLs with visibility,
    interleaved with its neighbours and blurred afterwards. If ctx->compute is set, each of these steps is one
    dispatch in shared memory. A surfel is a triangle and barycentric coordinates in it, so geometry that moves
    needs nothing but new positions.
@@ -115,11 +122,15 @@
      section 3.3  points drawn into maps         ism_place_surfel   ism__draw_points    T48 T50
      section 3.3  pull and push                  ism_pull           ism__pull           T49
      section 3.3  depths of texels in holes      ism_filled         ism__fill           T49
+     section 3.2  importance by flux             ism_read_pvpl      ism__add_shares     T41
+     section 4    flux over N and probability    glbk_ism_choose    ism__make_vpl       T41
+     section 4.1  prefix sums, VPL i at i / N    ism_search         ism__draw_vpl       T15 T16
      section 5.3  phases of surfels              glbk_ism_draw      ism_phase_surfels   T57
      section 6.1  maps of equal flux, of lobes   ism_map_direction  ism_map_direction   T46 T47
      section 6.2  subsets of VPLs                ism_light          ism__shade_pixel    -
      section 6.2  blur along surfaces            ism_smooth         ism__smooth_pixel   -
      section 6.4  dithered opacity               ism_dither         ism__dither         T58
+     section 6.5  VPLs between texels            ism_inter_texel    ism__inter_texel    T55
      -            light close to a VPL           ism_patch_kernel   ism__patch_kernel   T42 T43 T44
      -            near points                    ism_gather         ism_near_points     -
      -            windows                        ism_zoom_axis      ism_zoom            -
@@ -358,6 +369,75 @@ struct glbk_ism_renderer {              /* the light of a picture; read only; ze
     int          compute;               /* not 0: light is summed up and blurred by compute */
 };
 
+/* ==== src/gl_ism/api_choice.h ==== */
+
+#ifndef GLBK_ISM_WITHOUT_CHOICE
+/* ---- VPLs chosen on the GPU, from maps that lie there: nothing is read back ---- */
+
+#define GLBK_ISM_SUM_LEVELS 3u          /* levels of running sums, in blocks of 32 each */
+
+typedef struct glbk_ism_choice_desc {   /* zero it, then set what you care about */
+    uint32_t width;                     /* texels in a row of the source, 1..32768; must be set */
+    uint32_t height;                    /* rows of a face; must be set. All faces have 32768 at most */
+    uint32_t face_count;                /* such as the 6 of a cube map; 0 = 1 */
+    int      scattered;                 /* not 0: neighbours in a face are no neighbours in space, so VPLs lie
+                                           on texels, not between them */
+} glbk_ism_choice_desc;
+
+typedef struct glbk_ism_choice {        /* what glbk_ism_choose needs; read only; zeroed = none */
+    glbk_ism_choice_desc desc;          /* with its defaults */
+    uint32_t     table;                 /* GL's name of the table of VPLs that is drawn to */
+    glbk_texture importances;           /* of all texels, face above face; R32UI, bits of floats, as sums */
+    glbk_texture row_sums[GLBK_ISM_SUM_LEVELS];     /* running sums along rows: of each block of 32 texels, of
+                                                       each block of 32 blocks, of all of these */
+    glbk_texture column_sums[GLBK_ISM_SUM_LEVELS];  /* the same of whole rows, one texel wide */
+    glbk_texture drawn;                 /* VPLs, 256 a row: place and area; normal; flux */
+    glbk_target  importance_target;     /* of importances */
+    glbk_target  row_targets[GLBK_ISM_SUM_LEVELS];
+    glbk_target  column_targets[GLBK_ISM_SUM_LEVELS];
+    glbk_target  drawn_target;          /* of drawn */
+    glbk_target  table_target;          /* of the table */
+    glbk_buffer  block;                 /* the uniform block */
+    glbk_program weigh;                 /* draws importances */
+    glbk_program scan;                  /* draws running sums */
+    glbk_program choose;                /* draws VPLs */
+    glbk_program edges;                 /* draws the table */
+} glbk_ism_choice;
+
+GLBK_DEF glbk_result glbk_ism_choice_create(glbk_context *ctx, const glbk_ism_maps *maps,
+                                            const glbk_ism_choice_desc *desc, glbk_ism_choice *out);
+/* Makes what chooses the VPLs of maps, which must outlive it; glbk_ism_choice_free takes it back.
+   maps     whose desc says how VPLs are chosen: vpl_count, importance, no_inter_texel, unstable and seed
+            count
+   out      zeroed on errors
+   Memory   on the GPU: 8.3 bytes for each texel of the source, and 48 for each VPL
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or maps were not created. GLBK_ERR_DESC: a field is out of
+            range, or maps->desc.importance is not ISM_IMPORTANCE_FLUX. GLBK_ERR_LIMIT: width, or the rows of
+            all faces, are above ctx->max_side or 32768. Those of programs, textures and targets */
+
+GLBK_DEF glbk_result glbk_ism_choose(glbk_context *ctx, glbk_ism_choice *choice, glbk_ism_maps *maps,
+                                     const glbk_texture *texels, const glbk_gbuffer *seen, uint32_t index);
+/* Chooses the VPLs of a frame as ism_choose does among surfaces, by passes of fragments, in place of
+   glbk_ism_vpls_upload. Nothing is read back, and the CPU waits for nothing. All vpl_count VPLs are in use;
+   those of a black source are black.
+   maps     those of glbk_ism_choice_create. Near points that they have are forgotten, and tiles have no
+            windows (ism_zoom): choose on the CPU for those
+   texels   the source: RGBA32UI layers, three for each face, with the bits of floats: place; unit normal;
+            flux of the channels in W, and area in m^2 (what ism_source says of them). glbk_rsm_map.texels are
+            such. A texel whose flux is not 0..1e30, whose place is not finite or whose normal is not unit is
+            never chosen
+   seen     what the camera sees, for its matrix alone: it tells how far VPLs may move between texels. NULL,
+            or a G-buffer without the matrix: they move as if all was seen from afar
+   index    number of the frame; counts if maps->desc.unstable is set
+   Cost     35 texels read for each texel of the source; each VPL looks at all others
+   Errors   GLBK_ERR_ARGUMENT: a pointer but seen is NULL, or an object was not created. GLBK_ERR_MISMATCH:
+            maps are not those that the choice was made for, or texels have another size, format or number of
+            layers. GLBK_ERR_LOST */
+
+GLBK_DEF void glbk_ism_choice_free(glbk_context *ctx, glbk_ism_choice *choice);
+/* Frees what glbk_ism_choice_create made, and zeroes the struct. NULL and a zeroed choice are allowed. */
+#endif
+
 /* ==== src/gl_ism/bindings.h ==== */
 
 /* ---- what the GLSL declares; see "bindings" in gl_programs.h ---- */
@@ -377,7 +457,19 @@ struct glbk_ism_renderer {              /* the light of a picture; read only; ze
     X(usampler2D, glbk_ism_pull2, 13)                                                                   \
     X(usampler2D, glbk_ism_pull3, 14)
 
-#define GLBK_ISM_TEXTURES(X) GLBK_ISM_TABLES(X) GLBK_ISM_PICTURES(X)
+/* Of programs that choose VPLs, which read neither tables nor maps. */
+#define GLBK_ISM_CHOICE_TEXTURES(X)                                                                     \
+    X(usampler2DArray, glbk_ism_texels, 0)      /* layers 3 face + 0 place, 1 normal, 2 flux */         \
+    X(usampler2DArray, glbk_ism_drawn, 1)       /* VPLs: place, normal, flux */                         \
+    X(usampler2D, glbk_ism_importances, 1)                                                              \
+    X(usampler2D, glbk_ism_row_sums0, 2)        /* running sums of importances along rows */            \
+    X(usampler2D, glbk_ism_row_sums1, 3)        /* and of their blocks of 32 */                         \
+    X(usampler2D, glbk_ism_row_sums2, 4)        /* and of blocks of these */                            \
+    X(usampler2D, glbk_ism_column_sums0, 5)     /* the same of whole rows */                            \
+    X(usampler2D, glbk_ism_column_sums1, 6)                                                             \
+    X(usampler2D, glbk_ism_column_sums2, 7)
+
+#define GLBK_ISM_TEXTURES(X) GLBK_ISM_TABLES(X) GLBK_ISM_PICTURES(X) GLBK_ISM_CHOICE_TEXTURES(X)
 
 #define GLBK_ISM_COUNT_MEMBERS(X)                                                                       \
     X(uint, vpl_count, 1)           /* VPLs in use */                                                   \
@@ -412,9 +504,25 @@ struct glbk_ism_renderer {              /* the light of a picture; read only; ze
     X(uint, first_row, 1)           /* the first row of pixels of a dispatch */                         \
     X(uint, unused0, 1)
 
+#define GLBK_ISM_CHOOSING_MEMBERS(X)                                                                    \
+    X(mat4, world_to_clip, 1)       /* of the camera; 0 = unknown */                                    \
+    X(uint, width, 1)               /* texels in a row of the source */                                 \
+    X(uint, face_height, 1)         /* rows of a face */                                                \
+    X(uint, vpl_count, 1)           /* VPLs that are chosen */                                          \
+    X(uint, inter_texel, 1)         /* not 0: VPLs lie between texels */                                \
+    X(float, shift, 1)              /* added to the places of VPLs in the sums of rows */               \
+    X(uint, shift_bits, 1)          /* the same in a row, as a fraction of 2^32 */                      \
+    X(uint, columns, 1)             /* of running sums: not 0 = along columns */                        \
+    X(uint, pace, 1)                /* of running sums: values from one that counts to the next */      \
+    X(uint, value_count, 1)         /* of running sums: values in a row or column */                    \
+    X(uint, first_column, 1)        /* of running sums along columns: where they are read */            \
+    X(uint, unused0, 1)                                                                                 \
+    X(uint, unused1, 1)
+
 #define GLBK_ISM_BLOCKS(X)                                                                              \
     X(glbk_ism_frame, 0, GLBK_ISM_FRAME_MEMBERS)                                                        \
-    X(glbk_ism_view, 1, GLBK_ISM_VIEW_MEMBERS)
+    X(glbk_ism_view, 1, GLBK_ISM_VIEW_MEMBERS)                                                          \
+    X(glbk_ism_choosing, 2, GLBK_ISM_CHOOSING_MEMBERS)
 
 #define GLBK_ISM_STORAGE(X)
 #define GLBK_ISM_IMAGES(X)                                                                              \
@@ -521,6 +629,27 @@ static inline int glbk_ism__is_unit2(float length2)
 {
     return length2 >= GLBK_ISM__UNIT_LEAST2 && length2 <= GLBK_ISM__UNIT_MOST2;
 }
+
+/* ==== src/shared/rng.h ==== */
+
+/* unit rng: hashes and random numbers, the same on every machine */
+
+/* Returns a hash by the output function of O'Neill's PCG: Jarzynski and Olano, "Hash functions for GPU
+   rendering", JCGT 9(3), 2020. */
+static inline uint32_t glbk_ism__hash32(uint32_t x)
+{
+    uint32_t state = x * 747796405u + 2891336453u;
+    uint32_t word = ((state >> ((state >> 28) + 4u)) ^ state) * 277803737u;
+    return word >> 22 ^ word;
+}
+
+static inline uint32_t glbk_ism__hash_combine(uint32_t a, uint32_t b)
+{
+    return glbk_ism__hash32(a + 0x9e3779b9u * glbk_ism__hash32(b));
+}
+
+/* Returns the upper 24 bits as a number in [0, 1). Every such value is a float; the largest is 1 - 2^-24. */
+static inline float glbk_ism__to_unit(uint32_t bits) { return (float)(bits >> 8) * (1.0f / 16777216.0f); }
 
 /* ==== src/shared/message.h ==== */
 
@@ -851,7 +980,7 @@ static const struct { char s0[2066]; char end; } glbk__glsl_lib_ism_access_glsl 
     "}\n", 0
 };
 
-static const struct { char s0[735]; char end; } glbk__glsl_lib_ism_bindings_glsl = {
+static const struct { char s0[1100]; char end; } glbk__glsl_lib_ism_bindings_glsl = {
     "\nuniform usampler2DArray glbk_ism_vpls;\n"
     "uniform usampler2DArray glbk_ism_surfels;\n"
     "uniform usampler2DArray glbk_ism_triangles;\n"
@@ -863,6 +992,15 @@ static const struct { char s0[735]; char end; } glbk__glsl_lib_ism_bindings_glsl
     "uniform usampler2D glbk_ism_pull1;\n"
     "uniform usampler2D glbk_ism_pull2;\n"
     "uniform usampler2D glbk_ism_pull3;\n"
+    "uniform usampler2DArray glbk_ism_texels;\n"
+    "uniform usampler2DArray glbk_ism_drawn;\n"
+    "uniform usampler2D glbk_ism_importances;\n"
+    "uniform usampler2D glbk_ism_row_sums0;\n"
+    "uniform usampler2D glbk_ism_row_sums1;\n"
+    "uniform usampler2D glbk_ism_row_sums2;\n"
+    "uniform usampler2D glbk_ism_column_sums0;\n"
+    "uniform usampler2D glbk_ism_column_sums1;\n"
+    "uniform usampler2D glbk_ism_column_sums2;\n"
     "#if __VERSION__ >= 430\n"
     "layout(rgba32f,binding=0)writeonly uniform image2D glbk_ism_planes_out;\n"
     "#endif\n"
@@ -900,6 +1038,24 @@ static const struct { char s0[753]; char end; } glbk__glsl_lib_ism_blur_glsl = {
     "if(glbk_ism_view.interleave>1u)return ism_smooth(at,c);\n"
     "return glbk_unpack(texelFetch(glbk_ism_light,at,0));\n"
     "}\n", 0
+};
+
+static const struct { char s0[273]; char end; } glbk__glsl_lib_ism_choosing_glsl = {
+    "\nlayout(std140)uniform glbk_ism_choosing_block{\n"
+    "mat4 world_to_clip;\n"
+    "uint width;\n"
+    "uint face_height;\n"
+    "uint vpl_count;\n"
+    "uint inter_texel;\n"
+    "float shift;\n"
+    "uint shift_bits;\n"
+    "uint columns;\n"
+    "uint pace;\n"
+    "uint value_count;\n"
+    "uint first_column;\n"
+    "uint unused0;\n"
+    "uint unused1;\n"
+    "}glbk_ism_choosing;\n", 0
 };
 
 static const struct { char s0[3594]; char end; } glbk__glsl_lib_ism_disc_glsl = {
@@ -1114,7 +1270,7 @@ static const struct { char s0[629]; char end; } glbk__glsl_lib_ism_holes_glsl = 
     "}\n", 0
 };
 
-static const struct { char s0[1459]; char end; } glbk__glsl_lib_ism_inter_texel_glsl = {
+static const struct { char s0[1465]; char end; } glbk__glsl_lib_ism_inter_texel_glsl = {
     "\n\n\n\nbool ism_to_clip(vec3 p,out vec2 at)\n"
     "{\n"
     "vec4 c=glbk_ism_choosing.world_to_clip*vec4(p,1.);\n"
@@ -1123,13 +1279,14 @@ static const struct { char s0[1459]; char end; } glbk__glsl_lib_ism_inter_texel_
     "if(known)at=c.xy/c.w;\n"
     "return known&&abs(at.x)<8.&&abs(at.y)<8.;\n"
     "}\n"
-    "\n\n\n\nvoid ism_inter_texel(ivec2 texel,vec2 fraction,inout vec3 position,inout vec3 normal)\n"
+    "\n\n\n\n\nvoid ism_inter_texel(ivec2 texel,vec2 fraction,inout vec3 position,inout vec3 normal)\n"
     "{\n"
     "vec2 s=fraction-.5,from,to;\n"
     "vec3 p0=position,n0=normal,sum=vec3(.0),mixed=vec3(.0),offsets[4],normals[4];\n"
     "float weights=.0,shares[4],behind=.0;\n"
     "int height=int(glbk_ism_choosing.face_height),face=texel.y/height;\n"
-    "ivec2 lowest=ivec2(0,face*height),highest=ivec2(int(glbk_ism_choosing.width),(face+1)*height)-1;\n"
+    "ivec2 lowest=ivec2(0,face*height);\n"
+    "ivec2 highest=lowest+ivec2(int(glbk_ism_choosing.width),height)-1;\n"
     "ivec2 beside=ivec2(1);\n"
     "if(s.x<.0)beside.x= -1;\n"
     "if(s.y<.0)beside.y= -1;\n"
@@ -1600,13 +1757,13 @@ static const struct { char s0[1790]; char end; } glbk__glsl_lib_ism_push_glsl = 
     "}\n", 0
 };
 
-static const struct { char s0[813]; char end; } glbk__glsl_lib_ism_pvpl_glsl = {
+static const struct { char s0[881]; char end; } glbk__glsl_lib_ism_pvpl_glsl = {
     "\n\nstruct ism_pvpl{\n"
     "vec3 position,normal,flux;\n"
     "float area;\n"
     "float luminance;\n"
     "};\n"
-    "\n\n\nism_pvpl ism_read_pvpl(ivec2 at)\n"
+    "\n\n\n\nism_pvpl ism_read_pvpl(ivec2 at)\n"
     "{\n"
     "ism_pvpl p;\n"
     "int side=int(glbk_ism_choosing.face_height),face=at.y/side;\n"
@@ -1615,7 +1772,8 @@ static const struct { char s0[813]; char end; } glbk__glsl_lib_ism_pvpl_glsl = {
     "vec4 normal=uintBitsToFloat(texelFetch(glbk_ism_texels,to+ivec3(0,0,1),0));\n"
     "vec4 flux=uintBitsToFloat(texelFetch(glbk_ism_texels,to+ivec3(0,0,2),0));\n"
     "float length2=dot(normal.xyz,normal.xyz);\n"
-    "bool usable=cohsm_finite3(place.xyz)&&length2>=.9409&&length2<=1.0609;\n"
+    "bool usable=cohsm_finite3(place.xyz)&&cohsm_finite3(normal.xyz)&&cohsm_finite3(flux.xyz);\n"
+    "usable=usable&&length2>=.9409&&length2<=1.0609;\n"
     "usable=usable&&all(greaterThanEqual(flux.xyz,vec3(.0)))&&all(lessThanEqual(flux.xyz,vec3(1e30)));\n"
     "p.position=place.xyz;\n"
     "p.normal=normal.xyz;\n"
@@ -1627,8 +1785,8 @@ static const struct { char s0[813]; char end; } glbk__glsl_lib_ism_pvpl_glsl = {
     "}\n", 0
 };
 
-static const struct { char s0[779]; char end; } glbk__glsl_lib_ism_search_glsl = {
-    "\n\n\n\n\nint ism_search_block(usampler2D sums,ivec2 base,ivec2 along,int first,int count,inout float x)\n"
+static const struct { char s0[780]; char end; } glbk__glsl_lib_ism_search_glsl = {
+    "\n\n\n\n\n\nint ism_search_block(usampler2D sums,ivec2 base,ivec2 along,int first,int count,inout float x)\n"
     "{\n"
     "int lo=first,hi=min(first+32,count)-1;\n"
     "float before=.0;\n"
@@ -1727,7 +1885,7 @@ static const struct { char s0[453]; char end; } glbk__glsl_prog_ism_blur_frag = 
     "}\n", 0
 };
 
-static const struct { char s0[1551]; char end; } glbk__glsl_prog_ism_choose_frag = {
+static const struct { char s0[1557]; char end; } glbk__glsl_prog_ism_choose_frag = {
     "\n\n\n\n\nlayout(location=0)out uvec4 place;\n"
     "layout(location=1)out uvec4 facing;\n"
     "layout(location=2)out uvec4 power;\n"
@@ -1751,10 +1909,10 @@ static const struct { char s0[1551]; char end; } glbk__glsl_prog_ism_choose_frag
     "vec2 fraction=min(vec2(x/weight,y/row),vec2(.99999994));\n"
     "float scale=total/(float(n)*weight);\n"
     "ism_pvpl p=ism_read_pvpl(texel);\n"
-    "p.normal=normalize(p.normal);\n"
     "if(glbk_ism_choosing.inter_texel!=0u)ism_inter_texel(texel,fraction,p.position,p.normal);\n"
+    "p.normal=normalize(p.normal);\n"
     "float area=p.area*scale;\n"
-    "if(!(area>=.0&&area<3e38))area=.0;\n"
+    "if(!cohsm_finite(area)||area<.0)area=.0;\n"
     "place=floatBitsToUint(vec4(p.position,area));\n"
     "facing=floatBitsToUint(vec4(p.normal,.0));\n"
     "power=floatBitsToUint(vec4(min(p.flux*scale,vec3(1e30)),.0));\n"
@@ -1931,7 +2089,7 @@ static const struct { char s0[304]; char end; } glbk__glsl_prog_ism_resolve_frag
     "}\n", 0
 };
 
-static const struct { char s0[457]; char end; } glbk__glsl_prog_ism_scan_frag = {
+static const struct { char s0[502]; char end; } glbk__glsl_prog_ism_scan_frag = {
     "\n\n\n\n\n\nlayout(location=0)out uint result;\n"
     "\nvoid main()\n"
     "{\n"
@@ -1939,7 +2097,7 @@ static const struct { char s0[457]; char end; } glbk__glsl_prog_ism_scan_frag = 
     "if(glbk_ism_choosing.columns!=0u)along=ivec2(0,1);\n"
     "int i=at.x*along.x+at.y*along.y;\n"
     "int pace=int(glbk_ism_choosing.pace),last=int(glbk_ism_choosing.value_count)-1;\n"
-    "ivec2 base=at-along*i;\n"
+    "ivec2 base=at-along*i+ivec2(int(glbk_ism_choosing.first_column),0);\n"
     "float sum=.0;\n"
     "for(int k=i-(i&31);k<=i;k++)\n"
     "sum+=uintBitsToFloat(texelFetch(glbk_ism_below,base+along*min(pace*k+pace-1,last),0).x);\n"
@@ -2236,6 +2394,9 @@ static const glbk_file glbk__ism_files[] = {
     { "lib/ism_blur.glsl\0" "ism_gbuffer ism_view" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_ism_blur_glsl },
+    { "lib/ism_choosing.glsl\0" "" "\0" "" "\0"
+      "" "\0" "glbk_ism_choosing",
+      (const char *)&glbk__glsl_lib_ism_choosing_glsl },
     { "lib/ism_disc.glsl\0" "ism_access ism_frame" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_ism_disc_glsl },
@@ -2251,7 +2412,7 @@ static const glbk_file glbk__ism_files[] = {
     { "lib/ism_holes.glsl\0" "ism_fill ism_frame" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_ism_holes_glsl },
-    { "lib/ism_inter_texel.glsl\0" "ism_pvpl" "\0" "" "\0"
+    { "lib/ism_inter_texel.glsl\0" "ism_pvpl ism_choosing" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_ism_inter_texel_glsl },
     { "lib/ism_light.glsl\0" "ism_access ism_frame ism_view" "\0" "" "\0"
@@ -2263,7 +2424,7 @@ static const glbk_file glbk__ism_files[] = {
     { "lib/ism_push.glsl\0" "ism_fill ism_frame" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_ism_push_glsl },
-    { "lib/ism_pvpl.glsl\0" "cohsm_math ism_bindings" "\0" "" "\0"
+    { "lib/ism_pvpl.glsl\0" "cohsm_math ism_bindings ism_choosing" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_ism_pvpl_glsl },
     { "lib/ism_search.glsl\0" "" "\0" "" "\0"
@@ -2278,10 +2439,10 @@ static const glbk_file glbk__ism_files[] = {
     { "prog/ism_blur.frag\0" "ism_blur" "\0" "screen.vert" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_blur_frag },
-    { "prog/ism_choose.frag\0" "ism_search ism_inter_texel" "\0" "screen.vert" "\0"
+    { "prog/ism_choose.frag\0" "ism_search ism_inter_texel ism_choosing" "\0" "screen.vert" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_choose_frag },
-    { "prog/ism_edges.frag\0" "ism_bindings" "\0" "screen.vert" "\0"
+    { "prog/ism_edges.frag\0" "ism_bindings ism_choosing" "\0" "screen.vert" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_edges_frag },
     { "prog/ism_fill.comp\0" "ism_holes ism_push ism_frame" "\0" "" "\0"
@@ -2299,7 +2460,7 @@ static const glbk_file glbk__ism_files[] = {
     { "prog/ism_resolve.frag\0" "ism_bindings gbuffer picture" "\0" "screen.vert" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_resolve_frag },
-    { "prog/ism_scan.frag\0" "ism_bindings" "\0" "screen.vert" "\0"
+    { "prog/ism_scan.frag\0" "ism_bindings ism_choosing" "\0" "screen.vert" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_scan_frag },
     { "prog/ism_shade.comp\0" "ism_gbuffer ism_light ism_view" "\0" "" "\0"
@@ -3435,6 +3596,274 @@ GLBK_DEF glbk_result glbk_ism_read(glbk_context *ctx, const glbk_ism_renderer *r
     if (result != GLBK_OK) return result;
     if (!rgba) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "rgba", "is NULL");
     return glbk_target_read(ctx, &r->result_target, 0, 0, 0, r->width, r->height, rgba);
+}
+
+/* ==== src/gl_ism/choice.h ==== */
+
+/* ---- ism: VPLs chosen on the GPU ---- */
+
+enum { GLBK__ISM_BLOCK = 32,        /* values that one block of running sums has */
+       GLBK__ISM_ROW = 256,         /* VPLs in a row of glbk_ism_choice.drawn */
+       GLBK__ISM_WIDEST = 32768 };  /* values that three levels of blocks sum up */
+
+static uint32_t glbk__ism_blocks(uint32_t count) { return (count + GLBK__ISM_BLOCK - 1) / GLBK__ISM_BLOCK; }
+
+/* Returns how many rows all faces of a source have. */
+static uint32_t glbk__ism_source_rows(const glbk_ism_choice_desc *d) { return d->height * d->face_count; }
+
+/* Checks a desc, whose face_count has its default, against the context's limits. */
+static glbk_result glbk__ism_check_choice_desc(const glbk_context *ctx, const char *function,
+                                               const glbk_ism_choice_desc *d, const ism_desc *maps)
+{
+    const double most = ctx->max_side < GLBK__ISM_WIDEST ? ctx->max_side : GLBK__ISM_WIDEST;
+    if (!d->width || !d->height)
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, d->width ? "desc.height" : "desc.width", 0,
+                                  "1 or more");
+    if (d->width > most)
+        return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, function, "desc.width", d->width, 1, most);
+    if ((double)d->height * d->face_count > most)
+        return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, function, "desc.height times desc.face_count",
+                                  (double)d->height * d->face_count, 1, most);
+    if (maps->importance == ISM_IMPORTANCE_FLUX) return GLBK_OK;
+    return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "maps->desc.importance", (double)maps->importance,
+                              "ISM_IMPORTANCE_FLUX");
+}
+
+/* Makes one level of running sums after the other. */
+static glbk_result glbk__ism_create_sums(glbk_context *ctx, uint32_t width, uint32_t height, int columns,
+                                         glbk_texture *textures, glbk_target *targets)
+{
+    glbk_result result = GLBK_OK;
+    uint32_t k;
+    for (k = 0; k < GLBK_ISM_SUM_LEVELS && result == GLBK_OK; k++) {
+        result = glbk__canvas(ctx, GLBK_FORMAT_R32UI, width, height, NULL, &textures[k], &targets[k]);
+        if (columns) height = glbk__ism_blocks(height);
+        else width = glbk__ism_blocks(width);
+    }
+    return result;
+}
+
+/* Makes the pictures of VPLs, and the target by which the table of maps is drawn. */
+static glbk_result glbk__ism_create_drawn(glbk_context *ctx, const glbk_ism_maps *m, glbk_ism_choice *c)
+{
+    glbk_texture_desc d;
+    glbk_target_desc t;
+    glbk_result result;
+    uint32_t k;
+    memset(&d, 0, sizeof d);
+    d.format = GLBK_FORMAT_RGBA32UI;
+    d.width = GLBK__ISM_ROW;
+    d.height = (m->desc.vpl_count + GLBK__ISM_ROW - 1) / GLBK__ISM_ROW;
+    d.layers = 3;
+    result = glbk_texture_create(ctx, &d, &c->drawn);
+    if (result != GLBK_OK) return result;
+    memset(&t, 0, sizeof t);
+    for (k = 0; k < 3; k++) {
+        t.color[k] = &c->drawn;
+        t.layer[k] = k;
+    }
+    result = glbk__target_create(ctx, &t, &c->drawn_target);
+    if (result != GLBK_OK) return result;
+    memset(&t, 0, sizeof t);
+    t.color[0] = &m->vpls;
+    return glbk__target_create(ctx, &t, &c->table_target);
+}
+
+static glbk_result glbk__ism_create_choice(glbk_context *ctx, const glbk_ism_maps *m, glbk_ism_choice *c)
+{
+    const glbk_part *part = glbk_ism_part();
+    const uint32_t width = c->desc.width, rows = glbk__ism_source_rows(&c->desc);
+    glbk_result result = glbk__canvas(ctx, GLBK_FORMAT_R32UI, width, rows, NULL, &c->importances,
+                                      &c->importance_target);
+    if (result == GLBK_OK)
+        result = glbk__ism_create_sums(ctx, width, rows, 0, c->row_sums, c->row_targets);
+    if (result == GLBK_OK)
+        result = glbk__ism_create_sums(ctx, 1, rows, 1, c->column_sums, c->column_targets);
+    if (result == GLBK_OK) result = glbk__ism_create_drawn(ctx, m, c);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_ism_choosing), NULL, &c->block);
+    if (result == GLBK_OK) result = glbk__program_create(ctx, part, "ism_weigh.frag", NULL, &c->weigh);
+    if (result == GLBK_OK) result = glbk__program_create(ctx, part, "ism_scan.frag", NULL, &c->scan);
+    if (result == GLBK_OK) result = glbk__program_create(ctx, part, "ism_choose.frag", NULL, &c->choose);
+    if (result == GLBK_OK) result = glbk__program_create(ctx, part, "ism_edges.frag", NULL, &c->edges);
+    c->table = m->vpls.name;
+    return result;
+}
+
+GLBK_DEF glbk_result glbk_ism_choice_create(glbk_context *ctx, const glbk_ism_maps *m,
+                                            const glbk_ism_choice_desc *desc, glbk_ism_choice *out)
+{
+    glbk_ism_choice_desc d;
+    glbk_result result;
+    if (!ctx) return GLBK_ERR_ARGUMENT;
+    if (!out) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "out", "is NULL");
+    memset(out, 0, sizeof *out);
+    result = glbk__ism_check_maps(ctx, __func__, m);
+    if (result == GLBK_OK) result = glbk__require(ctx, __func__, "desc", desc);
+    if (result != GLBK_OK) return result;
+    d = *desc;
+    if (!d.face_count) d.face_count = 1;
+    result = glbk__ism_check_choice_desc(ctx, __func__, &d, &m->desc);
+    if (result != GLBK_OK) return result;
+    out->desc = d;
+    result = glbk__ism_create_choice(ctx, m, out);
+    if (result != GLBK_OK) glbk_ism_choice_free(ctx, out);
+    return result;
+}
+
+/* Returns the values of the block that all passes of a frame have in common. The random numbers are those of
+   ism_choose. */
+static glbk_ism_choosing glbk__ism_choosing_of(const glbk_ism_choice *c, const ism_desc *maps,
+                                               const glbk_gbuffer *seen, uint32_t index)
+{
+    const uint32_t key = maps->unstable ? glbk_ism__hash_combine(maps->seed, index) : maps->seed;
+    glbk_ism_choosing b;
+    memset(&b, 0, sizeof b);
+    if (seen && seen->has_clip) memcpy(b.world_to_clip, seen->world_to_clip, sizeof b.world_to_clip);
+    b.width = c->desc.width;
+    b.face_height = c->desc.height;
+    b.vpl_count = maps->vpl_count;
+    b.inter_texel = !maps->no_inter_texel && !c->desc.scattered;
+    if (maps->unstable) b.shift = glbk_ism__to_unit(glbk_ism__hash_combine(key, 11));
+    b.shift_bits = glbk_ism__hash_combine(key, 12);
+    return b;
+}
+
+/* Draws a pass over a whole target by a program that reads what is bound after it has begun. */
+static glbk_result glbk__ism_begin_choice(glbk_context *ctx, const glbk_ism_choice *c,
+                                          const glbk_target *target, glbk_program *program,
+                                          const glbk_ism_choosing *block)
+{
+    glbk_pass pass;
+    glbk_result result;
+    memset(&pass, 0, sizeof pass);
+    pass.target = target;
+    if (target == &c->table_target) {       /* the rows that hold VPLs */
+        pass.viewport[2] = 4 * GLBK__ISM_ROW;
+        pass.viewport[3] = (int32_t)c->drawn.height;
+    }
+    result = glbk_begin(ctx, &pass, program);
+    if (result != GLBK_OK) return result;
+    return glbk__put_block(ctx, GLBK_SLOT_glbk_ism_choosing, &c->block, block);
+}
+
+/* Sums up `count` values a row or column, which stand in `from`, level by level. */
+static glbk_result glbk__ism_scan(glbk_context *ctx, glbk_ism_choice *c, glbk_ism_choosing *b,
+                                  const glbk_texture *from, uint32_t count, int columns)
+{
+    const glbk_texture *sums = columns ? c->column_sums : c->row_sums;
+    const glbk_target *targets = columns ? c->column_targets : c->row_targets;
+    glbk_result result = GLBK_OK;
+    uint32_t k;
+    b->columns = columns != 0;
+    b->pace = 1;
+    b->value_count = count;
+    b->first_column = columns ? from->width - 1 : 0;    /* where rows have their totals */
+    for (k = 0; k < GLBK_ISM_SUM_LEVELS && result == GLBK_OK; k++) {
+        result = glbk__ism_begin_choice(ctx, c, &targets[k], &c->scan, b);
+        if (result != GLBK_OK) return result;
+        glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_below, from);
+        glbk_draw_screen(ctx);
+        if (k) b->value_count = glbk__ism_blocks(b->value_count);
+        b->pace = GLBK__ISM_BLOCK;
+        b->first_column = 0;
+        from = &sums[k];
+    }
+    return result;
+}
+
+/* Draws the VPLs from the sums, and then the table of VPLs. */
+static glbk_result glbk__ism_draw_choice(glbk_context *ctx, glbk_ism_choice *c, const glbk_texture *texels,
+                                         const glbk_ism_choosing *b)
+{
+    glbk_result result = glbk__ism_begin_choice(ctx, c, &c->drawn_target, &c->choose, b);
+    uint32_t k;
+    if (result != GLBK_OK) return result;
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_texels, texels);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_importances, &c->importances);
+    for (k = 0; k < GLBK_ISM_SUM_LEVELS; k++) {
+        glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_row_sums0 + k, &c->row_sums[k]);
+        glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_column_sums0 + k, &c->column_sums[k]);
+    }
+    glbk_draw_screen(ctx);
+    result = glbk__ism_begin_choice(ctx, c, &c->table_target, &c->edges, b);
+    if (result != GLBK_OK) return result;
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_drawn, &c->drawn);
+    glbk_draw_screen(ctx);
+    return GLBK_OK;
+}
+
+/* Checks the arguments of glbk_ism_choose. */
+static glbk_result glbk__ism_check_choose(const glbk_context *ctx, const char *function,
+                                          const glbk_ism_choice *c, const glbk_ism_maps *m,
+                                          const glbk_texture *texels)
+{
+    glbk_result result = glbk__require_created(ctx, function, "choice", c ? &c->drawn.name : NULL);
+    if (result == GLBK_OK) result = glbk__ism_check_maps(ctx, function, m);
+    if (result == GLBK_OK)
+        result = glbk__require_created(ctx, function, "texels", texels ? &texels->name : NULL);
+    if (result != GLBK_OK) return result;
+    if (m->vpls.name != c->table)
+        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, function, "maps",
+                            "are not those that the choice was made for");
+    if (texels->format != GLBK_FORMAT_RGBA32UI)
+        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, function, "texels", "are not GLBK_FORMAT_RGBA32UI");
+    if (texels->width != c->desc.width)
+        return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, function, "texels->width", texels->width,
+                                  "that of the choice");
+    if (texels->height != c->desc.height)
+        return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, function, "texels->height", texels->height,
+                                  "that of the choice");
+    if (texels->layers == 3 * c->desc.face_count) return GLBK_OK;
+    return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, function, "texels->layers", texels->layers,
+                              "three for each face of the choice");
+}
+
+GLBK_DEF glbk_result glbk_ism_choose(glbk_context *ctx, glbk_ism_choice *c, glbk_ism_maps *m,
+                                     const glbk_texture *texels, const glbk_gbuffer *seen, uint32_t index)
+{
+    glbk_ism_choosing b;
+    glbk_result result;
+    if (!ctx) return GLBK_ERR_ARGUMENT;
+    result = glbk__ism_check_choose(ctx, __func__, c, m, texels);
+    if (result != GLBK_OK) return result;
+    b = glbk__ism_choosing_of(c, &m->desc, seen, index);
+    result = glbk__ism_begin_choice(ctx, c, &c->importance_target, &c->weigh, &b);
+    if (result != GLBK_OK) return result;
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_texels, texels);
+    glbk_draw_screen(ctx);
+    result = glbk__ism_scan(ctx, c, &b, &c->importances, c->desc.width, 0);
+    if (result == GLBK_OK)
+        result = glbk__ism_scan(ctx, c, &b, &c->row_sums[GLBK_ISM_SUM_LEVELS - 1],
+                                glbk__ism_source_rows(&c->desc), 1);
+    if (result == GLBK_OK) result = glbk__ism_draw_choice(ctx, c, texels, &b);
+    if (result != GLBK_OK) return result;
+    if (m->vpl_count == m->desc.vpl_count && !m->near_point_count) return GLBK_OK;  /* the block says so */
+    m->vpl_count = m->desc.vpl_count;
+    m->near_point_count = 0;
+    return glbk__ism_write_frame(ctx, m);
+}
+
+GLBK_DEF void glbk_ism_choice_free(glbk_context *ctx, glbk_ism_choice *c)
+{
+    uint32_t k;
+    if (!c) return;
+    for (k = 0; k < GLBK_ISM_SUM_LEVELS; k++) {
+        glbk_target_free(ctx, &c->row_targets[k]);
+        glbk_target_free(ctx, &c->column_targets[k]);
+        glbk_texture_free(ctx, &c->row_sums[k]);
+        glbk_texture_free(ctx, &c->column_sums[k]);
+    }
+    glbk_target_free(ctx, &c->importance_target);
+    glbk_target_free(ctx, &c->drawn_target);
+    glbk_target_free(ctx, &c->table_target);
+    glbk_texture_free(ctx, &c->importances);
+    glbk_texture_free(ctx, &c->drawn);
+    glbk_buffer_free(ctx, &c->block);
+    glbk_program_free(ctx, &c->weigh);
+    glbk_program_free(ctx, &c->scan);
+    glbk_program_free(ctx, &c->choose);
+    glbk_program_free(ctx, &c->edges);
+    memset(c, 0, sizeof *c);
 }
 
 /* ==== src/gl_ism/end.h ==== */

@@ -15,7 +15,19 @@
     X(usampler2D, glbk_ism_pull2, 13)                                                                   \
     X(usampler2D, glbk_ism_pull3, 14)
 
-#define GLBK_ISM_TEXTURES(X) GLBK_ISM_TABLES(X) GLBK_ISM_PICTURES(X)
+/* Of programs that choose VPLs, which read neither tables nor maps. */
+#define GLBK_ISM_CHOICE_TEXTURES(X)                                                                     \
+    X(usampler2DArray, glbk_ism_texels, 0)      /* layers 3 face + 0 place, 1 normal, 2 flux */         \
+    X(usampler2DArray, glbk_ism_drawn, 1)       /* VPLs: place, normal, flux */                         \
+    X(usampler2D, glbk_ism_importances, 1)                                                              \
+    X(usampler2D, glbk_ism_row_sums0, 2)        /* running sums of importances along rows */            \
+    X(usampler2D, glbk_ism_row_sums1, 3)        /* and of their blocks of 32 */                         \
+    X(usampler2D, glbk_ism_row_sums2, 4)        /* and of blocks of these */                            \
+    X(usampler2D, glbk_ism_column_sums0, 5)     /* the same of whole rows */                            \
+    X(usampler2D, glbk_ism_column_sums1, 6)                                                             \
+    X(usampler2D, glbk_ism_column_sums2, 7)
+
+#define GLBK_ISM_TEXTURES(X) GLBK_ISM_TABLES(X) GLBK_ISM_PICTURES(X) GLBK_ISM_CHOICE_TEXTURES(X)
 
 #define GLBK_ISM_COUNT_MEMBERS(X)                                                                       \
     X(uint, vpl_count, 1)           /* VPLs in use */                                                   \
@@ -50,9 +62,25 @@
     X(uint, first_row, 1)           /* the first row of pixels of a dispatch */                         \
     X(uint, unused0, 1)
 
+#define GLBK_ISM_CHOOSING_MEMBERS(X)                                                                    \
+    X(mat4, world_to_clip, 1)       /* of the camera; 0 = unknown */                                    \
+    X(uint, width, 1)               /* texels in a row of the source */                                 \
+    X(uint, face_height, 1)         /* rows of a face */                                                \
+    X(uint, vpl_count, 1)           /* VPLs that are chosen */                                          \
+    X(uint, inter_texel, 1)         /* not 0: VPLs lie between texels */                                \
+    X(float, shift, 1)              /* added to the places of VPLs in the sums of rows */               \
+    X(uint, shift_bits, 1)          /* the same in a row, as a fraction of 2^32 */                      \
+    X(uint, columns, 1)             /* of running sums: not 0 = along columns */                        \
+    X(uint, pace, 1)                /* of running sums: values from one that counts to the next */      \
+    X(uint, value_count, 1)         /* of running sums: values in a row or column */                    \
+    X(uint, first_column, 1)        /* of running sums along columns: where they are read */            \
+    X(uint, unused0, 1)                                                                                 \
+    X(uint, unused1, 1)
+
 #define GLBK_ISM_BLOCKS(X)                                                                              \
     X(glbk_ism_frame, 0, GLBK_ISM_FRAME_MEMBERS)                                                        \
-    X(glbk_ism_view, 1, GLBK_ISM_VIEW_MEMBERS)
+    X(glbk_ism_view, 1, GLBK_ISM_VIEW_MEMBERS)                                                          \
+    X(glbk_ism_choosing, 2, GLBK_ISM_CHOOSING_MEMBERS)
 
 #define GLBK_ISM_STORAGE(X)
 #define GLBK_ISM_IMAGES(X)                                                                              \

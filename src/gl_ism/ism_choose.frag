@@ -29,10 +29,10 @@ void main()
     vec2 fraction = min(vec2(x / weight, y / row), vec2(0.99999994));
     float scale = total / (float(n) * weight);          // 1 over N and the probability
     ism_pvpl p = ism_read_pvpl(texel);
-    p.normal = normalize(p.normal);
     if (glbk_ism_choosing.inter_texel != 0u) ism_inter_texel(texel, fraction, p.position, p.normal);
+    p.normal = normalize(p.normal);
     float area = p.area * scale;
-    if (!(area >= 0.0 && area < 3e38)) area = 0.0;
+    if (!cohsm_finite(area) || area < 0.0) area = 0.0;
     place = floatBitsToUint(vec4(p.position, area));
     facing = floatBitsToUint(vec4(p.normal, 0.0));
     power = floatBitsToUint(vec4(min(p.flux * scale, vec3(1e30)), 0.0));

@@ -11,16 +11,18 @@ bool ism_to_clip(vec3 p, out vec2 at)
     return known && abs(at.x) < 8.0 && abs(at.y) < 8.0;
 }
 
-// Moves place and normal of the VPL at (texel + fraction) to a mixture of the four texels about it, those that
-// lie on one surface. If the surface is curved, their chord may run behind it, and a VPL there would light a
-// sheet's back: the VPL lies on the chord or on the mean of the four tangent planes, whichever is farther out.
+// Moves place and normal of the VPL at (texel + fraction) to a mixture of the four texels about it, those
+// that lie on one surface. If the surface is curved, their chord may run behind it, and a VPL there would
+// light a sheet's back: the VPL lies on the chord or on the mean of the four tangent planes, whichever is
+// farther out.
 void ism_inter_texel(ivec2 texel, vec2 fraction, inout vec3 position, inout vec3 normal)
 {
     vec2 s = fraction - 0.5, from, to;
     vec3 p0 = position, n0 = normal, sum = vec3(0.0), mixed = vec3(0.0), offsets[4], normals[4];
     float weights = 0.0, shares[4], behind = 0.0;
     int height = int(glbk_ism_choosing.face_height), face = texel.y / height;
-    ivec2 lowest = ivec2(0, face * height), highest = ivec2(int(glbk_ism_choosing.width), (face + 1) * height) - 1;
+    ivec2 lowest = ivec2(0, face * height);
+    ivec2 highest = lowest + ivec2(int(glbk_ism_choosing.width), height) - 1;
     ivec2 beside = ivec2(1);
     if (s.x < 0.0) beside.x = -1;
     if (s.y < 0.0) beside.y = -1;

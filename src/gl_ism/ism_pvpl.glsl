@@ -7,7 +7,8 @@ struct ism_pvpl {
 };
 
 // Reads texel (x, y) of the faces' picture, in which face lies above face. Texels are never chosen if their
-// flux is not 0..1e30 or their vectors cannot be used.
+// flux is not 0..1e30 or their vectors cannot be used. cohsm_finite3 looks at bits, since compilers need not
+// make a comparison with what is no number false.
 ism_pvpl ism_read_pvpl(ivec2 at)
 {
     ism_pvpl p;
@@ -17,7 +18,8 @@ ism_pvpl ism_read_pvpl(ivec2 at)
     vec4 normal = uintBitsToFloat(texelFetch(glbk_ism_texels, to + ivec3(0, 0, 1), 0));
     vec4 flux = uintBitsToFloat(texelFetch(glbk_ism_texels, to + ivec3(0, 0, 2), 0));
     float length2 = dot(normal.xyz, normal.xyz);
-    bool usable = cohsm_finite3(place.xyz) && length2 >= 0.9409 && length2 <= 1.0609;
+    bool usable = cohsm_finite3(place.xyz) && cohsm_finite3(normal.xyz) && cohsm_finite3(flux.xyz);
+    usable = usable && length2 >= 0.9409 && length2 <= 1.0609;
     usable = usable && all(greaterThanEqual(flux.xyz, vec3(0.0))) && all(lessThanEqual(flux.xyz, vec3(1e30)));
     p.position = place.xyz;
     p.normal = normal.xyz;

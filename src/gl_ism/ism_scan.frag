@@ -12,7 +12,7 @@ void main()
     if (glbk_ism_choosing.columns != 0u) along = ivec2(0, 1);
     int i = at.x * along.x + at.y * along.y;
     int pace = int(glbk_ism_choosing.pace), last = int(glbk_ism_choosing.value_count) - 1;
-    ivec2 base = at - along * i;
+    ivec2 base = at - along * i + ivec2(int(glbk_ism_choosing.first_column), 0);
     float sum = 0.0;
     for (int k = i - (i & 31); k <= i; k++)
         sum += uintBitsToFloat(texelFetch(glbk_ism_below, base + along * min(pace * k + pace - 1, last), 0).x);

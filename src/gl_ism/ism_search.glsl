@@ -1,8 +1,9 @@
 // ism_search - finds the cell in which a number falls by the running sums of ism_scan.frag: inverts a CDF.
 
 // Returns the least i of the block that begins at `first` whose running sum is above x, and takes from x what
-// lies before it. Sums stand at base + i * along; there are `count` of them in all. x is kept below the block's
-// total, which rounding of the level above may have passed by, so a cell without weight is never found.
+// lies before it. Sums stand at base + i * along; there are `count` of them in all. x is kept below the
+// block's total, which rounding of the level above may have passed by, so a cell without weight is never
+// found.
 int ism_search_block(usampler2D sums, ivec2 base, ivec2 along, int first, int count, inout float x)
 {
     int lo = first, hi = min(first + 32, count) - 1;

@@ -12,7 +12,8 @@
    - It needs gl_backend.h beside it, which makes the context object, textures and targets, and whose
      conventions, errors and rules about GL's state hold here; gl_programs.h, which makes programs;
      and gl_gbuffer.h, whose G-buffer is lit.
-   - It chooses no VPLs and scatters no surfels: ism.h does.
+   - It scatters no surfels: ism.h does. VPLs are chosen by ism.h or, from maps on the GPU, by
+     glbk_ism_choose.
 
    Quick start
 
@@ -79,6 +80,11 @@
        glbk_ism_shade(gl, &renderer, &seen, &maps, NULL, 0);
        glbk_ism_resolve(gl, &renderer, &seen, &pass, NULL);
 
+   With a source in textures, such as glbk_rsm_map.texels, one call takes the place of the second and the
+   third, and nothing is read back:
+
+       glbk_ism_choose(gl, &choice, &maps, &map.texels, &seen, index);
+
    In shaders of your own
 
    These functions of lib/ism_light.glsl can be called after glbk_ism_bind:
@@ -93,9 +99,10 @@
 
    How it works, and conventions
 
-   ism.h chooses the VPLs (ism_choose) and scatters surfels over the mesh (ism_scatter). From these lists the
-   maps are drawn here and the pixels of a G-buffer are lit: surfels are drawn as discs with the depth test,
-   pull and push fill the holes between them, and each pixel sums the light of its VPLs with visibility,
+   ism.h chooses the VPLs (ism_choose), unless glbk_ism_choose does, and scatters surfels over the mesh
+   (ism_scatter). From these lists the maps are drawn here and the pixels of a G-buffer are lit: surfels are
+   drawn as discs with the depth test, pull and push fill the holes between them, and each pixel sums the
+   light of its VPLs with visibility,
    interleaved with its neighbours and blurred afterwards. If ctx->compute is set, each of these steps is one
    dispatch in shared memory. A surfel is a triangle and barycentric coordinates in it, so geometry that moves
    needs nothing but new positions.
@@ -115,11 +122,15 @@
      section 3.3  points drawn into maps         ism_place_surfel   ism__draw_points    T48 T50
      section 3.3  pull and push                  ism_pull           ism__pull           T49
      section 3.3  depths of texels in holes      ism_filled         ism__fill           T49
+     section 3.2  importance by flux             ism_read_pvpl      ism__add_shares     T41
+     section 4    flux over N and probability    glbk_ism_choose    ism__make_vpl       T41
+     section 4.1  prefix sums, VPL i at i / N    ism_search         ism__draw_vpl       T15 T16
      section 5.3  phases of surfels              glbk_ism_draw      ism_phase_surfels   T57
      section 6.1  maps of equal flux, of lobes   ism_map_direction  ism_map_direction   T46 T47
      section 6.2  subsets of VPLs                ism_light          ism__shade_pixel    -
      section 6.2  blur along surfaces            ism_smooth         ism__smooth_pixel   -
      section 6.4  dithered opacity               ism_dither         ism__dither         T58
+     section 6.5  VPLs between texels            ism_inter_texel    ism__inter_texel    T55
      -            light close to a VPL           ism_patch_kernel   ism__patch_kernel   T42 T43 T44
      -            near points                    ism_gather         ism_near_points     -
      -            windows                        ism_zoom_axis      ism_zoom            -

@@ -22,6 +22,8 @@ enum { SIDE = 8, POINTS = 64 };
 /* A lamp at the ceiling, a table below it, and a floor. */
 typedef struct scene {
     glbk_ism_maps      maps;
+    glbk_ism_choice    choice;
+    glbk_texture       lit;                     /* a source of 2 x 2 texels */
     glbk_gbuffer       seen;
     glbk_ism_renderer  renderer;
     ism_surfel         surfels[POINTS];
@@ -34,6 +36,9 @@ static const float table[12] = { -0.5f, 1, -0.5f, 0.5f, 1, -0.5f, -0.5f, 1, 0.5f
 static const uint32_t triangles[6] = { 0, 1, 2, 1, 3, 2 };
 static const ism_vpl lamp = { { 0, 2, 0 }, { 0, -1, 0 }, { 1, 2, 3 }, { 0, -1, 0 }, 1, 0, 0.1f, 0, 0, 0, 0, 1, 0 };
 static const ism_near_point near_point = { { 0.1f, 2, 0 }, 0.1f, { 0, -1, 0 }, 1, { 1, 2, 3 }, 0 };
+/* Place, normal and flux of 2 x 2 texels of the ceiling, three of which have none. */
+static const float lit[3][16] = { { 0, 2, 0 }, { 0, -1, 0, 0, 0, -1, 0, 0, 0, -1, 0, 0, 0, -1, 0, 0 },
+                                  { 1, 2, 3, 0.01f } };
 static const ism_info info = { .center = { 0, 1, 0 }, .radius = 2 };
 
 static void prepare(scene *s)
@@ -58,13 +63,23 @@ static glbk_result make(gl_test *t, scene *s)
 {
     ism_mesh mesh = { table, 4, 0, triangles, 6, NULL, NULL, NULL, NULL, NULL };
     const glbk_gbuffer_desc size = { SIDE, SIDE, { 0, 0, 0, 0 }, NULL };
+    const glbk_ism_choice_desc two = { 2, 2, 1, 0 };
     ism_desc d;
+    glbk_texture_desc source;
     glbk_result result = GLBK_OK;
     memset(&d, 0, sizeof d);
     d.vpl_count = d.lazy_frames = 1;
     d.surfel_count = POINTS;
     d.near_point_count = 1;
+    d.importance = ISM_IMPORTANCE_FLUX;
+    memset(&source, 0, sizeof source);
+    source.format = GLBK_FORMAT_RGBA32UI;
+    source.width = source.height = 2;
+    source.layers = 3;
+    source.data = lit;
     GL_THEN_SAME(t, result, glbk_ism_maps_create(&t->gl, &d, &s->maps));
+    GL_THEN_SAME(t, result, glbk_texture_create(&t->gl, &source, &s->lit));
+    GL_THEN_SAME(t, result, glbk_ism_choice_create(&t->gl, &s->maps, &two, &s->choice));
     GL_THEN_SAME(t, result, glbk_ism_renderer_create(&t->gl, &(glbk_ism_renderer_desc){ SIDE, SIDE }, &s->renderer));
     GL_THEN_SAME(t, result, glbk_ism_mesh_upload(&t->gl, &s->maps, &mesh));
     GL_THEN_SAME(t, result, glbk_ism_mesh_move(&t->gl, &s->maps, table, 0));
@@ -84,6 +99,15 @@ static glbk_result draw(gl_test *t, scene *s)
     return result;
 }
 
+/* The light of the VPL that is chosen from the texels, which is the lamp's but for the near points. */
+static glbk_result draw_chosen(gl_test *t, scene *s)
+{
+    glbk_result result = GLBK_OK;
+    GL_THEN_SAVED(t, result, glbk_ism_choose(&t->gl, &s->choice, &s->maps, &s->lit, &s->seen, 0));
+    if (result == GLBK_OK) result = draw(t, s);
+    return result;
+}
+
 static glbk_result look(gl_test *t, scene *s)
 {
     glbk_result result = GLBK_OK;
@@ -96,6 +120,8 @@ static void destroy(gl_test *t, scene *s)
 {
     GL_SAME(t, glbk_ism_renderer_free(&t->gl, &s->renderer));
     GL_SAME(t, glbk_gbuffer_free(&t->gl, &s->seen));
+    GL_SAME(t, glbk_ism_choice_free(&t->gl, &s->choice));
+    GL_SAME(t, glbk_texture_free(&t->gl, &s->lit));
     GL_SAME(t, glbk_ism_maps_free(&t->gl, &s->maps));
 }
 
@@ -113,7 +139,7 @@ static void every_error_comes_out(void **state)
         prepare(&s);
         fake.calls = 0;
         result = make(t, &s);
-        if (result == GLBK_OK) result = draw(t, &s);
+        if (result == GLBK_OK) result = draw_chosen(t, &s);
         if (result == GLBK_OK) result = look(t, &s);
         destroy(t, &s);
         assert_int_equal(fake.live, 0);
@@ -161,9 +187,9 @@ static void a_frame_asks_gl_nothing(void **state)
     static scene s;
     prepare(&s);
     assert_glbk(t, make(t, &s));
-    assert_glbk(t, draw(t, &s));            /* compiles */
+    assert_glbk(t, draw_chosen(t, &s));     /* compiles */
     gl_count_begin(&t->gl);
-    assert_glbk(t, draw(t, &s));
+    assert_glbk(t, draw_chosen(t, &s));
     gl_count_end(&t->gl);
     destroy(t, &s);
 }
@@ -181,7 +207,7 @@ static void failed_allocations_leave_nothing(void **state)
         prepare(&s);
         fake_memory.left = given;
         result = make(t, &s);
-        if (result == GLBK_OK) result = draw(t, &s);
+        if (result == GLBK_OK) result = draw_chosen(t, &s);
         if (result == GLBK_OK) result = look(t, &s);
         destroy(t, &s);
         assert_int_equal(fake.live, 0);
@@ -204,6 +230,7 @@ static void a_lost_context_comes_out(void **state)
     t->gl.gl = none;                    /* from here on a call of GL would crash */
     glbk_abandon(&t->gl);
     assert_int_equal(draw(t, &s), GLBK_ERR_LOST);
+    assert_int_equal(draw_chosen(t, &s), GLBK_ERR_LOST);
     assert_int_equal(look(t, &s), GLBK_ERR_LOST);
     assert_int_equal(glbk_ism_bind(&t->gl, &s.maps, NULL, NULL), GLBK_ERR_LOST);
     {
@@ -225,25 +252,28 @@ static void light_is_the_same_from_a_hostile_state(void **state)
     GL_TEST(t, state)
     static scene clean, odd;
     gl_hostile h;
-    size_t i, dark = 0;
-    prepare(&clean);
-    prepare(&odd);
+    size_t i, dark = 0, chosen;
     gl_state_watch(t, 1);
-    assert_glbk(t, make(t, &clean));
-    assert_glbk(t, draw(t, &clean));
-    assert_glbk(t, look(t, &clean));
-    for (i = 0; i < SIDE * SIDE; i++) dark += clean.light[4 * i] == 0;
-    assert_true(dark > 8 && dark < SIDE * SIDE / 2);        /* the table's shadow */
     gl_hostile_make(t, &h);
-    gl_hostile_set(t, &h);
-    assert_glbk(t, make(t, &odd));
-    assert_glbk(t, draw(t, &odd));
-    assert_glbk(t, look(t, &odd));
-    GL_SAVED(t, assert_glbk(t, glbk_ism_bind(&t->gl, &odd.maps, NULL, NULL)));
-    assert_memory_equal(clean.atlas, odd.atlas, sizeof odd.atlas);
-    assert_memory_equal(clean.light, odd.light, sizeof odd.light);
-    destroy(t, &clean);
-    destroy(t, &odd);
+    for (chosen = 0; chosen < 2; chosen++) {
+        glbk_result (*const draw_either)(gl_test *, scene *) = chosen ? draw_chosen : draw;
+        prepare(&clean);
+        prepare(&odd);
+        assert_glbk(t, make(t, &clean));
+        assert_glbk(t, draw_either(t, &clean));
+        assert_glbk(t, look(t, &clean));
+        for (dark = i = 0; i < SIDE * SIDE; i++) dark += clean.light[4 * i] == 0;
+        assert_true(dark > 8 && dark < SIDE * SIDE / 2);    /* the table's shadow */
+        gl_hostile_set(t, &h);
+        assert_glbk(t, make(t, &odd));
+        assert_glbk(t, draw_either(t, &odd));
+        assert_glbk(t, look(t, &odd));
+        GL_SAVED(t, assert_glbk(t, glbk_ism_bind(&t->gl, &odd.maps, NULL, NULL)));
+        assert_memory_equal(clean.atlas, odd.atlas, sizeof odd.atlas);
+        assert_memory_equal(clean.light, odd.light, sizeof odd.light);
+        destroy(t, &clean);
+        destroy(t, &odd);
+    }
     gl_hostile_free(t, &h);
 }
 
