@@ -4,8 +4,8 @@
 # gcc compiles the header without each single optional part as well.
 # A program made with the whole header and with its core prints the same: tests/LIBRARY/core.c, which writes a file and
 # opens it with the core where that cannot build, or bytes.c.
-# A header of gl_backend/ with optional parts is compiled so together with its technique's header without parts of the same
-# names, and linked; the GLSL that is left is that of the whole header, text by text.
+# A header of gl_backend/ with optional parts is compiled so together with its technique's header without those of the same
+# names that it has, and linked; the GLSL that is left is that of the whole header, text by text.
 # As many headers are tried side by side as there are processors.
 warn='-pedantic -Wall -Wextra -Wshadow -Wconversion -Wsign-conversion -Wdouble-promotion -Wundef -Wcast-qual -Wvla -Werror'
 
@@ -18,13 +18,18 @@ compile_core() {
     # shellcheck disable=SC2086
     "$compiler" -std="$standard" $warn -Wunused-function -x $language -I"$include" "$file" "$@" > "$here/log" 2>&1
 }
-# with_technique HEADER PARTS: the lean header of gl_backend/ beside its technique's, without the same parts
+# with_technique HEADER PARTS: the lean header of gl_backend/ beside its technique's, without the same parts where it has such
 with_technique() {
     technique=${name#gl_}.h
     tree=$here/tree
     mkdir -p "$tree/gl_backend" "$tree/tools"
     cp ./*.h "$tree" && cp gl_backend/*.h "$tree/gl_backend" && cp tools/glsl.c "$tree/tools" &&
-        ${JOIN:-build/tools/join} --to "$tree" --without "$2" "$1" "$technique" > "$here/log" 2>&1 || { fail "$1 without $2"; return; }
+        ${JOIN:-build/tools/join} --to "$tree" --without "$2" "$1" > "$here/log" 2>&1 || { fail "$1 without $2"; return; }
+    shared=
+    for part in $2; do grep -q "optional $part" "src/${technique%.h}/parts.txt" && shared="$shared $part"; done
+    if [ -n "$shared" ]; then
+        ${JOIN:-build/tools/join} --to "$tree" --without "$shared" "$technique" > "$here/log" 2>&1 || { fail "$technique without$shared"; return; }
+    fi
     # The manual's program has all the implementations; without GL it says so and exits with 0.
     awk '/^   Quick start/ { on = 1; next } on && /^   [^ ]/ { exit } on { sub(/^       /, ""); sub(/ \/\/ .*/, ""); print }' "$1" > "$here/start.c"
     for compiler in gcc clang; do
