@@ -51,12 +51,12 @@ if [ -f $dir/map-float.glb ] && [ -d $dir/node_modules/three ]; then
 fi
 if command -v blender >/dev/null 2>&1; then
     for file in $dir/box-*.glb; do
-        if blender -b --python-exit-code 1 --python-expr "import bpy; bpy.ops.import_scene.gltf(filepath='$file')
-assert any(o.type == 'MESH' for o in bpy.data.objects)" > $dir/blender.log 2>&1; then
+        if blender -b --python-exit-code 1 --python tests/scripts/seen_blender.py -- "$file" > $dir/blender.log 2>&1; then
             echo "  passed: Blender, $file"
             passed=$((passed + 1))
         else
             echo "  FAILED: Blender, $file"
+            grep -i 'error' $dir/blender.log
             failed=$((failed + 1))
         fi
     done
