@@ -1,5 +1,6 @@
 /* domain.c - bake csm --domain: where maps look from. */
 #include "csm.h"
+#include "lightsampling.h"
 #include "bake.h"
 
 #include <math.h>
@@ -7,13 +8,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* In the order of cohsm_domain_kind; the last is a LIST of places on what shines. */
+/* In the order of cohsm_domain_kind; the last is a TABLE of places on what shines. */
 static const struct { const char *name; cohsm_domain_kind kind; int numbers, file, sides; } domains[] = {
     { "latlong", COHSM_DOMAIN_LATLONG, 0, 0, 2 },     { "octahedral", COHSM_DOMAIN_OCTAHEDRAL, 0, 0, 2 },
     { "line", COHSM_DOMAIN_LINE, 6, 0, 1 },           { "rectangle", COHSM_DOMAIN_RECTANGLE, 9, 0, 2 },
     { "disc", COHSM_DOMAIN_DISC, 9, 0, 2 },           { "sphere", COHSM_DOMAIN_SPHERE, 4, 0, 2 },
     { "volume", COHSM_DOMAIN_VOLUME, 12, 0, 3 },      { "table", COHSM_DOMAIN_TABLE, 0, 1, 3 },
-    { "list", COHSM_DOMAIN_LIST, 0, 1, 0 },           { "emissive", COHSM_DOMAIN_LIST, 0, 0, 0 } };
+    { "list", COHSM_DOMAIN_LIST, 0, 1, 0 },           { "emissive", COHSM_DOMAIN_TABLE, 0, 0, 0 } };
 
 enum { DOMAINS = sizeof domains / sizeof *domains, EMISSIVE = DOMAINS - 1, MOST_LOCATIONS = 1 << 24 };
 
@@ -96,59 +97,69 @@ static int read_locations(bk_domain *d, char *error)
     return result == 0 && !d->count ? bk_fail(error, "no places: ", d->path) : result;
 }
 
-/* Corners and normal of a shining triangle; returns twice its area, 0 where it does not shine. */
-static float corners_of(const bk_mesh *mesh, size_t t, const float *corner[3], float *normal)
+/* The corners of all triangles that shine, for free(), as one mesh; NULL: none, or out of memory. */
+static uint32_t *shining(const bk_mesh *mesh, size_t *count)
 {
-    const float *e = mesh->radiance + 3 * t;
-    float length;
-    for (int k = 0; k < 3; k++)
-        corner[k] = mesh->positions + 3 * (size_t)mesh->lit[3 * t + (size_t)k];
-    for (int k = 0; k < 3; k++) {
-        const int i = (k + 1) % 3, j = (k + 2) % 3;
-        normal[k] = (corner[1][i] - corner[0][i]) * (corner[2][j] - corner[0][j]) -
-                    (corner[1][j] - corner[0][j]) * (corner[2][i] - corner[0][i]);
+    uint32_t *indices = mesh->radiance ? malloc((3 * mesh->lit_count + 1) * sizeof *indices) : NULL;
+    *count = 0;
+    for (size_t t = 0; t < mesh->lit_count && indices; t++) {
+        const float *e = mesh->radiance + 3 * t;
+        if (e[0] > 0 || e[1] > 0 || e[2] > 0)
+            memcpy(indices + 3 * (*count)++, mesh->lit + 3 * t, 3 * sizeof *indices);
     }
-    length = sqrtf(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
-    for (int k = 0; k < 3; k++)
-        normal[k] /= length > 0 ? length : 1;
-    return e[0] > 0 || e[1] > 0 || e[2] > 0 ? length : 0;
+    return indices;
 }
 
-/* count places, each for the same area of what shines, in the order of its triangles; as far above them as 1e-4 of the
-   mesh's size, so that they do not hide themselves. */
-static int place_on_emissive(bk_domain *d, const bk_mesh *mesh, size_t count, char *error)
+/* Half the diagonal of the box about a mesh. */
+static float size_of(const bk_mesh *mesh)
 {
     float low[3] = { HUGE_VALF, HUGE_VALF, HUGE_VALF }, high[3] = { -HUGE_VALF, -HUGE_VALF, -HUGE_VALF }, size = 0;
-    const float *corner[3];
-    float normal[3];
-    double all = 0, sum = 0;
-    if (!mesh->radiance)
-        return bk_fail(error, "--domain emissive: nothing shines there", "");
-    d->locations = calloc(count, 16);
-    if (!d->locations)
-        return bk_fail(error, "out of memory", "");
     for (size_t i = 0; i < 3 * mesh->vertices; i++) {
         low[i % 3] = fminf(low[i % 3], mesh->positions[i]);
         high[i % 3] = fmaxf(high[i % 3], mesh->positions[i]);
     }
     for (int k = 0; k < 3; k++)
         size += 0.25f * (high[k] - low[k]) * (high[k] - low[k]);
-    for (size_t t = 0; t < mesh->lit_count; t++)
-        all += (double)corners_of(mesh, t, corner, normal);
-    for (size_t t = 0; t < mesh->lit_count && d->count < count; t++) {
-        const double area = (double)corners_of(mesh, t, corner, normal);
-        for (; d->count < count && ((double)d->count + 0.5) / (double)count * all < sum + area; d->count++) {
-            const double n = (double)d->count, a = 1 - sqrt(fmod(0.5 + 0.7548776662466927 * n, 1));
-            const double b = (1 - a) * fmod(0.5 + 0.5698402909980532 * n, 1);
-            float *to = d->locations + 4 * d->count;
-            for (int k = 0; k < 3; k++)
-                to[k] = (float)((double)corner[0][k] + a * (double)(corner[1][k] - corner[0][k]) +
-                                b * (double)(corner[2][k] - corner[0][k])) + 1e-4f * sqrtf(size) * normal[k];
-            to[3] = 1;
-        }
-        sum += area;
+    return sqrtf(size);
+}
+
+/* The places that lightsampling.h gives a mesh light of the triangles that shine, each for the same area, so that its
+   samples' coordinates ask for them; as far above the surface as 1e-4 of the mesh's size, or it would hide itself. */
+static int place_on_emissive(bk_domain *d, const bk_mesh *mesh, uint32_t count, char *error)
+{
+    size_t triangles, bytes = 0;
+    uint32_t *indices = shining(mesh, &triangles);
+    lsamp_mesh lit;
+    lsamp_light_desc desc;
+    lsamp_light *light;
+    lsamp_domain domain;
+    void *memory = NULL;
+    memset(&lit, 0, sizeof lit);
+    memset(&desc, 0, sizeof desc);
+    lit.positions = mesh->positions;
+    lit.vertex_count = mesh->vertices;
+    lit.indices = indices;
+    lit.index_count = 3 * triangles;
+    desc.kind = LSAMP_LIGHT_MESH;
+    desc.mesh = &lit;
+    desc.place_count = count;
+    desc.radius = 1e-4f * size_of(mesh);
+    desc.radiance[0] = desc.radiance[1] = desc.radiance[2] = 1;
+    if (triangles) {
+        bytes = lsamp_light_bytes(&desc);
+        memory = bytes ? malloc(bytes) : NULL;
     }
-    return d->count == count ? 0 : bk_fail(error, "--domain emissive: nothing shines there", "");
+    if (memory && lsamp_light_init(&desc, memory, bytes, &light, NULL) == LSAMP_OK &&
+        lsamp_light_domain(light, &domain) == LSAMP_OK) {
+        d->locations = malloc(16 * domain.location_count);
+        if (d->locations)
+            memcpy(d->locations, domain.locations, 16 * domain.location_count);
+        d->count = d->locations ? domain.location_count : 0;
+    }
+    free(memory);
+    free(indices);
+    return d->count ? 0 : bk_fail(error, triangles ? "--domain emissive: out of memory, or nothing of any area shines"
+                                                   : "--domain emissive: nothing shines there", "");
 }
 
 void bk_domain_sides(const bk_domain *d, const rd_settings *settings, uint32_t side[3])
@@ -158,17 +169,20 @@ void bk_domain_sides(const bk_domain *d, const rd_settings *settings, uint32_t s
         const int own = rd_setting_integer(settings, keys[k]);
         side[k] = k < domains[d->number].sides ? (uint32_t)(own ? own : rd_setting_integer(settings, "side")) : 1;
     }
-    if (domains[d->number].kind == COHSM_DOMAIN_TABLE)       /* those that are not given are 1 there */
+    if (d->number == EMISSIVE)
+        side[0] = (uint32_t)rd_setting_integer(settings, "side") * (uint32_t)rd_setting_integer(settings, "side");
+    else if (domains[d->number].kind == COHSM_DOMAIN_TABLE)  /* those that are not given are 1 there */
         for (int k = 1; k < 3; k++)
             side[k] = rd_setting_integer(settings, keys[k]) ? side[k] : 1;
 }
 
 int bk_domain_load(bk_domain *d, const bk_mesh *mesh, const rd_settings *settings, char *error)
 {
-    const double side = rd_setting_number(settings, "side");
+    uint32_t side[3];
+    bk_domain_sides(d, settings, side);
     if (domains[d->number].file)
         return read_locations(d, error);
-    return d->number == EMISSIVE ? place_on_emissive(d, mesh, (size_t)(side * side), error) : 0;
+    return d->number == EMISSIVE ? place_on_emissive(d, mesh, side[0], error) : 0;
 }
 
 void bk_domain_fill(const bk_domain *d, const rd_settings *settings, cohsm_domain *out)

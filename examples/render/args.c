@@ -377,9 +377,8 @@ static int apply_technique(rd_args *args, int count, char **values, char *error)
     args->samples = technique->samples;
     if (technique->missing)
         return 0;
-    if (args->baked_count > technique->accepts_baked)
-        return fail(error, technique->accepts_baked ? "--baked: %s reads one file" : "--baked: %s reads no baked file",
-                    technique->name);
+    if (args->baked_count && !technique->accepts_baked)
+        return fail(error, "--baked: %s reads no baked file", technique->name);
     for (int i = 1; i + 1 < count; i += 2) {
         uint64_t samples = 0;
         if (strcmp(values[i], "--set") == 0 && rd_settings_add(&args->settings, values[i + 1], error) != 0)

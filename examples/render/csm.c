@@ -323,6 +323,7 @@ static int wants_directions(const cs_state *state, const cs_light *light)
 static int build_maps(cs_state *state, cs_light *light, const rd_job *job, char *error)
 {
     cohsm_domain domain;
+    int found;
     if (wants_directions(state, light)) {
         light->ask = light->at_infinity ? COHSM_LIGHT_DIRECTION : COHSM_LIGHT_POSITION;
         light->casters = &state->directions;
@@ -335,7 +336,13 @@ static int build_maps(cs_state *state, cs_light *light, const rd_job *job, char 
         return cs_casters_build(&light->own, state, job, light->sun, error);
     if (cs_light_domain(light, &state->options, &domain, error) != 0)
         return -1;
-    return cs_casters_build_local(&light->own, state, job, &domain, light, error);
+    found = cs_baked_places(state, job, &domain, &light->own, error);
+    if (found > 0) {
+        cohsm_info info;
+        cohsm_get_info(light->own.maps[0], &info);
+        light->map_side = info.map_side;
+    }
+    return found ? (found > 0 ? 0 : -1) : cs_casters_build_local(&light->own, state, job, &domain, light, error);
 }
 
 /* Lights with their maps, and planes. */
@@ -358,30 +365,32 @@ static void close_csm(void *opaque)
     cs_gl_close(state);
     free_lights(state);
     cs_casters_free(&state->directions);
+    cs_baked_close(state);
     pthread_mutex_destroy(&state->memory.lock);
     free(state);
+}
+
+/* Maps of all directions for those lights that ask for them, from a file or built. */
+static int build_directions(cs_state *state, const rd_job *job, char *error)
+{
+    const int found = cs_baked_directions(state, job, &state->directions, error);
+    return found ? (found > 0 ? 0 : -1) : cs_casters_build(&state->directions, state, job, NULL, error);
 }
 
 static int build_all(cs_state *state, const rd_job *job, char *error)
 {
     int directions = 0;
-    if (cs_lights_build(state, job, error) != 0 ||
+    if (cs_baked_begin(state, job, error) != 0 || cs_lights_build(state, job, error) != 0 ||
         cs_planes_build(&state->planes, &state->plane_count, job->scene, error) != 0)
         return -1;
     for (size_t i = 0; i < state->light_count; i++)
         directions |= wants_directions(state, &state->lights[i]);
-    if (job->baked_count && !directions) {
-        snprintf(error, EX_ERROR_SIZE, "csm: --baked holds maps of directions, and no light asks for them");
-        return -1;
-    }
-    if (directions && !state->directions.count &&
-        (job->baked_count ? cs_casters_open(&state->directions, state, job, error)
-                          : cs_casters_build(&state->directions, state, job, NULL, error)) != 0)
+    if (directions && !state->directions.count && build_directions(state, job, error) != 0)
         return -1;
     for (size_t i = 0; i < state->light_count; i++)
         if (build_maps(state, &state->lights[i], job, error) != 0)
             return -1;
-    return 0;
+    return cs_baked_all_used(state, error);
 }
 
 static int open_csm(void **out, const rd_job *job, char *error)
@@ -392,7 +401,7 @@ static int open_csm(void **out, const rd_job *job, char *error)
     cs_memory_init(&state->memory);
     read_options(&state->options, job->settings);
     state->full = rd_setting_is(job->settings, "materials", "full");
-    if (build_all(state, job, error) == 0 && (!job->gl || cs_gl_open(state, job, error) == 0)) {
+    if (cs_baked_open(state, job, error) == 0 && build_all(state, job, error) == 0 && (!job->gl || cs_gl_open(state, job, error) == 0)) {
         *out = state;
         return 0;
     }

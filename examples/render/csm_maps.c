@@ -415,50 +415,52 @@ int cs_planes_build(cs_plane **planes, size_t *count, const ex_scene *scene, cha
     return 0;
 }
 
-/* ---- --baked ---- */
+/* ---- maps that are there already ---- */
 
-/* The file must have been made of this scene's casters: their bounds are what can be compared at no cost. */
-static int fits(const cohsm_maps *maps, const rd_job *job)
+/* By way of a single map, the smallest there is. */
+int cs_casters_sphere(const rd_job *job, float sphere[4], char *error)
 {
-    cohsm_info info;
-    float far_off = 0;
-    cohsm_get_info(maps, &info);
-    for (int k = 0; k < 3; k++)
-        far_off = fmaxf(far_off, fabsf(info.center[k] - job->center[k]));
-    return far_off < 0.2f * job->radius && info.radius > 0.75f * job->radius && info.radius < 1.25f * job->radius;
-}
-
-int cs_casters_open(cs_casters *c, cs_state *state, const rd_job *job, char *error)
-{
-    cohsm_desc services;
+    static const float up[4] = { 0, 1, 0, 0 };
+    cohsm_desc desc;
+    cohsm_mesh mesh;
     cohsm_info info;
     cohsm_maps *maps;
     cohsm_result result;
-    size_t size;
-    void *data;
-    if (allocate(c, job->scene, error) != 0 || !(data = ex_file_read(job->baked[0], &size, error)))
+    cs_soup s;
+    if (whole_scene(&s, job->scene, NO_OBJECT, error) != 0)
         return -1;
-    memset(&services, 0, sizeof services);
-    services.system.allocator = cs_memory_allocator(&state->memory);
-    services.system.progress = ex_progress;
-    services.system.user = progress_label;
-    result = cohsm_open_as(data, size, state->options.layout, 0, &services.system, &maps);
-    ex_progress(NULL, 1);
-    free(data);
-    if (result != COHSM_OK)
-        return cs_failed(job->baked[0], result, error);
-    add_whole(c, job->scene, maps, &state->options);
-    cohsm_get_info(maps, &info);
-    if (!info.positional && info.domain != COHSM_DOMAIN_LIST && info.domain != COHSM_DOMAIN_TABLE && fits(maps, job))
+    memset(&desc, 0, sizeof desc);
+    memset(sphere, 0, 4 * sizeof *sphere);
+    desc.domain.kind = COHSM_DOMAIN_LIST;
+    desc.domain.locations = up;
+    desc.domain.location_count = 1;
+    desc.map_side = 4;
+    mesh = mesh_of_soup(&s);
+    result = s.triangles ? cohsm_build(&desc, &mesh, &maps, NULL) : COHSM_ERR_INPUT;
+    soup_free(&s);
+    if (result == COHSM_ERR_INPUT)               /* nothing casts a shadow */
         return 0;
-    snprintf(error, EX_ERROR_SIZE, "%.150s: %s", job->baked[0],
-             fits(maps, job) ? "not maps of directions" : "maps of another object");
-    return -1;
+    if (result != COHSM_OK)
+        return cs_failed(job->scene->name, result, error);
+    cohsm_get_info(maps, &info);
+    memcpy(sphere, info.center, sizeof info.center);
+    sphere[3] = info.radius;
+    cohsm_free(maps);
+    return 0;
+}
+
+int cs_casters_of(cs_casters *c, const cs_state *state, const rd_job *job, cohsm_maps *maps, char *error)
+{
+    if (allocate(c, job->scene, error) != 0)
+        return -1;
+    add_whole(c, job->scene, maps, &state->options);
+    c->borrowed = 1;
+    return 0;
 }
 
 void cs_casters_free(cs_casters *c)
 {
-    for (size_t i = 0; i < c->map_count; i++)
+    for (size_t i = 0; i < c->map_count && !c->borrowed; i++)
         cohsm_free(c->maps[i]);
     free(c->instances);
     free(c->offsets);

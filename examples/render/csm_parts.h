@@ -35,6 +35,7 @@ typedef struct cs_casters {
     size_t          count;
     int             movable;     /* rigid objects, each with maps of its own space: cs_casters_move may do */
     cohsm_maps    **maps;        /* distinct ones; instances share them */
+    int             borrowed;    /* they are a file's of --baked, which keeps them */
     size_t          map_count;
     uint32_t       *entity;      /* by object of the scene, counted from 1; 0 for receivers */
 } cs_casters;
@@ -66,6 +67,8 @@ typedef struct cs_near { float *point, *light, *answer; uint32_t *sample; } cs_n
 /* Triangles without order, indexed; source: the triangle of its object that each is of, or NULL. */
 typedef struct cs_soup { float *positions; uint32_t *indices, *source; size_t vertices, triangles; } cs_soup;
 
+typedef struct cs_baked cs_baked;
+
 typedef struct cs_state {
     cs_options  options;
     cs_memory   memory;
@@ -74,6 +77,9 @@ typedef struct cs_state {
     cs_plane   *planes;
     size_t      plane_count;
     cs_casters  directions;      /* maps of all directions, for sky and semi-local light */
+    cs_baked   *baked;           /* files of --baked */
+    size_t      baked_count;
+    float       sphere[4];       /* centre and radius of all casters, where there are such files */
     int         full;            /* materials=full */
     uint64_t    queries, refused;
     struct cs_gl *gl;            /* --backend gl, else NULL */
@@ -94,7 +100,10 @@ int  cs_casters_build(cs_casters *casters, cs_state *state, const rd_job *job, c
    unless options say so. */
 int  cs_casters_build_local(cs_casters *casters, cs_state *state, const rd_job *job, const cohsm_domain *domain,
                             const cs_light *light, char *error);
-int  cs_casters_open(cs_casters *casters, cs_state *state, const rd_job *job, char *error);      /* --baked */
+/* The sphere that csm.h fits to all casters, centre and radius. */
+int  cs_casters_sphere(const rd_job *job, float sphere[4], char *error);
+/* The whole scene as one rigid object whose maps, of either kind, are there; they stay the caller's. */
+int  cs_casters_of(cs_casters *casters, const cs_state *state, const rd_job *job, cohsm_maps *maps, char *error);
 void cs_casters_free(cs_casters *casters);
 /* Instances to where the objects are now. 0: the casters must be built anew. */
 int  cs_casters_move(cs_casters *casters, const cs_state *state, const ex_scene *scene);
@@ -118,6 +127,15 @@ cohsm_result cs_visible(const cs_casters *casters, const cohsm_query *query, cs_
 int  cs_lights_build(cs_state *state, const rd_job *job, char *error);       /* lights alone, no maps yet */
 int  cs_light_domain(const cs_light *light, const cs_options *options, cohsm_domain *out, char *error);
 void cs_light_free(cs_light *light);
+
+/* csm_baked.c: files of --baked. Directions and places return 1 with casters whose maps one of the files has, 0 if none
+   fits, or -1. After all lights were asked for, all_used refuses a file that served none of them. */
+int  cs_baked_open(cs_state *state, const rd_job *job, char *error);
+int  cs_baked_begin(cs_state *state, const rd_job *job, char *error);     /* before lights ask, of each frame */
+void cs_baked_close(cs_state *state);
+int  cs_baked_directions(cs_state *state, const rd_job *job, cs_casters *out, char *error);
+int  cs_baked_places(cs_state *state, const rd_job *job, const cohsm_domain *domain, cs_casters *out, char *error);
+int  cs_baked_all_used(const cs_state *state, char *error);
 
 /* csm_gl.c: --backend gl. open after everything is built. */
 int  cs_gl_open(cs_state *state, const rd_job *job, char *error);

@@ -60,7 +60,7 @@ typedef struct rd_technique {
     uint32_t      samples;             /* default of --samples; below least_samples: by other settings */
     uint32_t      least_samples, most_samples;     /* both 0: --samples is refused */
     int           averages;            /* averages the frames of a static scene; else the last frame is written */
-    size_t        accepts_baked;       /* how many files */
+    int           accepts_baked;       /* reads files of --baked */
     const rd_key *keys;                /* its own --set keys, ended by a NULL name */
     int         (*open)(void **state, const rd_job *job, char *error);
     int         (*update)(void *state, const rd_job *job, char *error);

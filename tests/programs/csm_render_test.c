@@ -259,6 +259,111 @@ static void baked_file_is_used(void **state)
     expect(1, "no light", SMALL "--baked knot.csm --light sun:0,1,0 --out x.pfm");
 }
 
+static void write_text(const char *name, const char *text)
+{
+    char path[256];
+    FILE *file;
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    file = fopen(path, "wb");
+    assert_non_null(file);
+    assert_true(fputs(text, file) >= 0);
+    assert_int_equal(fclose(file), 0);
+}
+
+/* With what bake made of places on a light the picture is that of what render builds, to the bit; maps of other places
+   are refused, with the domain that the light wants. */
+static void same_as_baked(const char *bake, const char *render, const char *settings)
+{
+    char line[768];
+    snprintf(line, sizeof line, "csm %s -o places.csm", bake);
+    if (run("bake", line) != 0) fail_msg("bake %s: %s", line, output);
+    snprintf(line, sizeof line, "%s %s --set order=hilbert --out built.pfm --json -", render, settings);
+    expect(0, "", line);
+    snprintf(line, sizeof line, "%s %s --baked places.csm --out baked.pfm --json -", render, settings);
+    expect(0, "", line);
+    assert_int_equal(run("compare", "baked.pfm built.pfm"), 0);
+    if (!(number("rmse") <= 0 && number("pixels") > 100)) fail_msg("%s: %s", bake, output);
+}
+
+static void baked_places_are_used(void **state)
+{
+#define PLACES "--set light_side=3 --set light_map_side=32"
+#define BAKED " --set side=3 --set map_side=32"
+    (void)state;
+    same_as_baked("builtin:knot --domain sphere:1,4,1,0.4" BAKED, SMALL "--light sphere:1,4,1,0.4,20", PLACES);
+    same_as_baked("builtin:knot --domain disc:1,4,1,0.5,0,0,0,0,0.5" BAKED, SMALL, PLACES " --light disc:1,4,1,0,-1,0,0.5,20");
+    same_as_baked("builtin:knot --domain rectangle:1,4,1,1,0,0,0,0,1" BAKED, SMALL,
+                  PLACES " --light rect:1,4,1,1,0,0,0,0,1,20");
+    /* other sides than the settings say: the file's count */
+    expect(0, "", SMALL "--light rect:1,4,1,1,0,0,0,0,1,20 --set light_side=2 --baked places.csm --out other.pfm");
+    assert_int_equal(run("compare", "baked.pfm other.pfm"), 0);
+    assert_true(!(number("rmse") > 0));
+    expect(1, "places.csm: maps of places where no light is: a light wants --domain rectangle:1,4.25,1,1,0,0,0,0,1",
+           SMALL "--light rect:1,4.25,1,1,0,0,0,0,1,20 --baked places.csm --out x.pfm");
+    expect(1, "a light wants --domain sphere:0,4,0,0.5",
+           SMALL "--light sphere:0,4,0,0.5,20 --baked places.csm --out x.pfm");
+    expect(1, "another object",
+           "--technique csm --scene builtin:plant --size 32x24 --samples 4 --baked places.csm --out x.pfm");
+    write_text("place.txt", "1 4 1 1\n");
+    same_as_baked("builtin:knot --domain list:place.txt --set map_side=64", SMALL "--light point:1,4,1,20",
+                  "--set hard_map_side=64");
+    expect(1, "a light wants --domain list: of one place, 1 5 1 1",
+           SMALL "--light point:1,5,1,20 --baked places.csm --out x.pfm");
+    if (run("bake", "csm builtin:knot --domain rectangle:1,4,1,1,0,0,0,0,1 -o places.csm" BAKED) != 0) fail();
+    /* beside maps of directions, in any order */
+    write_baked("knot.csm");
+    expect(0, "", SMALL "--env builtin:sky --light rect:1,4,1,1,0,0,0,0,1,20 --baked places.csm --baked knot.csm "
+           "--out both.pfm --json -");
+    assert_true(number("blocks") >= 2 && number("blocks") <= 2);
+#undef PLACES
+#undef BAKED
+}
+
+/* An octahedron that shines, 2 above a floor of 4 x 4 with a small sheet between them. */
+static void write_octahedron(const char *name)
+{
+    char path[256];
+    FILE *file;
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    file = fopen(path, "wb");
+    assert_non_null(file);
+    fprintf(file, "{\"asset\":{\"version\":\"2.0\"},\"buffers\":[{\"byteLength\":180,"
+        "\"uri\":\"data:application/octet-stream;base64,"
+        "AACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAAAAAIA/AACAvwAAAAAAAAAAAAAAAAAAgL8AAAAAAAAAAAAAAAAAAIC/AACAvwAA"
+        "AAAAAIC/AACAvwAAAAAAAIA/AACAPwAAAAAAAIA/AACAPwAAAAAAAIC/AAAFAAEAAQACAAAAAAACAAQAAAAEAAUAAwACAAEAAQAFAAMA"
+        "BAACAAMAAwAFAAQAAAABAAIAAAACAAMA"
+        "\"}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":72},{\"buffer\":0,\"byteOffset\":72,\"byteLength\":48},"
+        "{\"buffer\":0,\"byteOffset\":120,\"byteLength\":48},{\"buffer\":0,\"byteOffset\":168,\"byteLength\":12}],"
+        "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":6,\"type\":\"VEC3\"},"
+        "{\"bufferView\":1,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\"},"
+        "{\"bufferView\":2,\"componentType\":5123,\"count\":24,\"type\":\"SCALAR\"},"
+        "{\"bufferView\":3,\"componentType\":5123,\"count\":6,\"type\":\"SCALAR\"}],"
+        "\"materials\":[{\"emissiveFactor\":[1,1,1]}],"
+        "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0},\"indices\":2,\"material\":0}]},"
+        "{\"primitives\":[{\"attributes\":{\"POSITION\":1},\"indices\":3}]}],"
+        "\"nodes\":[{\"mesh\":0,\"translation\":[0,2,0],\"scale\":[0.3,0.3,0.3]},{\"mesh\":1,\"scale\":[2,2,2]},"
+        "{\"mesh\":1,\"translation\":[0.2,0.8,0],\"scale\":[0.3,0.3,0.3]}],"
+        "\"scenes\":[{\"nodes\":[0,1,2]}],\"scene\":0}");
+    assert_int_equal(fclose(file), 0);
+}
+
+/* The places of bake are those that lightsampling.h gives render's light; the octahedron hides none of them from another
+   point that they shine at, so that it may cast its own shadow in the one and not in the other. */
+static void baked_emissive_mesh_is_used(void **state)
+{
+    (void)state;
+    if (!DAPPLE_HAVE_TINYGLTF) {
+        printf("skip: needs tinygltf\n");
+        skip();
+    }
+    write_octahedron("lamp.gltf");
+    same_as_baked("lamp.gltf --domain emissive --set side=4 --set map_side=64",
+                  "--technique csm --scene lamp.gltf --size 48x36 --samples 16",
+                  "--set light_side=4 --set light_map_side=64 --set lamp_shadow=own");
+    expect(1, "a light wants --domain emissive, 9 places",
+           "--technique csm --scene lamp.gltf --size 48x36 --samples 16 --set light_side=3 --baked places.csm --out x.pfm");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -268,6 +373,7 @@ int main(void)
         cmocka_unit_test(threads_do_not_matter),
         cmocka_unit_test(frame_is_seed), cmocka_unit_test(lights_inside_hulls_are_refused),
         cmocka_unit_test(bad_settings_are_bad_arguments), cmocka_unit_test(baked_file_is_used),
+        cmocka_unit_test(baked_places_are_used), cmocka_unit_test(baked_emissive_mesh_is_used),
     };
     return cmocka_run_group_tests(tests, open_folder, close_folder);
 }

@@ -175,7 +175,7 @@ static void baked_files_go_together(void **state)
     expect(1, "points.sf: the field of another object", line);
     snprintf(line, sizeof line, "%s --baked points.sf --baked none.sf --out x.pfm", scene);
     expect(1, "none.sf", line);
-    expect(2, "csm reads one file", "--technique csm --scene builtin:knot --baked a.csm --baked b.csm --out x.pfm");
+    expect(2, "rsm reads no baked file", "--technique rsm --scene builtin:knot --baked a.csm --out x.pfm");
 }
 
 /* The film of a fire: the file is of its first picture, and the next ones are built. */
