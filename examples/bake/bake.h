@@ -30,6 +30,8 @@ typedef struct bk_mesh {
     ex_scene  scene;                    /* where it is from */
     char      node[64];
     const bk_domain *domain;            /* of csm; NULL: the default */
+    const char *lamp_text;              /* or it is a lamp, as render's --light says it, and has no triangles */
+    ex_light    lamp;
 } bk_mesh;
 
 /* Points on it, for its self-visibility. */

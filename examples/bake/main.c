@@ -280,6 +280,8 @@ static uint64_t key_of(const bk_args *args, const bk_mesh *mesh, uint32_t from, 
         h = bk_hash(h, mesh->domain->text, strlen(mesh->domain->text) + 1);
     if (mesh->domain)
         h = bk_hash(h, mesh->domain->locations, 16 * mesh->domain->count);
+    if (mesh->lamp_text)
+        h = bk_hash(h, mesh->lamp_text, strlen(mesh->lamp_text) + 1);
     h = bk_hash(h, mesh->positions, 12 * mesh->vertices);
     h = bk_hash(h, mesh->indices, 12 * mesh->triangles);
     h = bk_hash(h, mesh->radiance, 12 * mesh->lit_count);
@@ -388,6 +390,8 @@ static int run_bake(const bk_args *args, char *error)
     pool = ex_pool_create(args->threads);
     if (!pool)
         result = bk_fail(error, "no threads", "");
+    else if (args->technique == &bk_csm && mesh.lamp_text)
+        result = bk_fail(error, "csm: a lamp hides nothing: ", mesh.lamp_text);
     else if (args->technique == &bk_csm && bk_domain_load(&settled.domain, &mesh, &settled.settings, error) != 0)
         result = -1;
     else if (args->technique->settle && args->technique->settle(&settled.settings, &mesh, pool, error) != 0)

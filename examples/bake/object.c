@@ -1,5 +1,6 @@
 /* object.c - see bake.h */
 #include "bake.h"
+#include "../render/args.h"
 #include "../render/csm_parts.h"
 #include "../render/shadowfield_parts.h"
 
@@ -105,10 +106,27 @@ static int gather(bk_mesh *out, char *error)
     return 0;
 }
 
+/* Does a path say a lamp, as in sphere:0,0,0,0.5? */
+static int names_lamp(const char *path)
+{
+    static const char *const kinds[] = { "sphere:", "disc:", "rect:", "spot:", "point:" };
+    for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++)
+        if (strncmp(path, kinds[i], strlen(kinds[i])) == 0)
+            return 1;
+    return 0;
+}
+
 int bk_object(bk_mesh *out, const char *path, const char *node, char *error)
 {
     int result;
     memset(out, 0, sizeof *out);
+    if (names_lamp(path)) {
+        rd_light_arg light;
+        result = rd_light_parse(&light, path, error);
+        out->lamp = light.light;
+        out->lamp_text = path;
+        return result;
+    }
     snprintf(out->node, sizeof out->node, "%s", node);
     if (strncmp(path, "builtin:", 8) == 0)
         result = ex_scene_builtin(&out->scene, path + 8, 0, error);

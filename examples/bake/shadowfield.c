@@ -2,6 +2,7 @@
    what it hides from its own points, which is one unit. */
 #include "shadowfield.h"
 #include "bake.h"
+#include "../render/shadowfield_parts.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -10,8 +11,10 @@
 static const char *const kinds[] = { "none", "occlusion", "source", "self" };
 
 static const rd_key keys[] = {
-    { "kind", RD_WORD, "occlusion|source|self", 0, 0, "occlusion",
-      "what the object hides, what its emissive triangles shine, or what it hides from its own points" },
+    { "kind", RD_WORD, "occlusion|source|self|lamp", 0, 0, "occlusion",
+      "what the object hides, what its emissive triangles shine, or what it hides from its own points; or what a lamp "
+      "shines, given in place of SCENE as render's --light" },
+    { "lamp_radius", RD_NUMBER, NULL, 0, 1e9, "0", "kind=lamp: of a point or spot" },
     { "point_spacing", RD_NUMBER, NULL, 0, 1, "0", "kind=self: that of render; 0: the vertices, in their order" },
     { "basis", RD_WORD, "sh|haar", 0, 0, "sh", "spherical harmonics or Haar wavelets" },
     { "bands", RD_INTEGER, NULL, 1, 8, "4", "of harmonics" },
@@ -79,6 +82,21 @@ static uint32_t units_of(const rd_settings *settings)
     return rd_setting_is(settings, "kind", "self") ? 1 : shells_of(&d);
 }
 
+static int plan_lamp(const rd_settings *settings, const bk_mesh *mesh, char *error)
+{
+    sfield_emitter e;
+    if (!rd_setting_is(settings, "kind", "lamp") || !mesh->lamp_text) {
+        snprintf(error, EX_ERROR_SIZE, "shadowfield: kind=lamp and a lamp, such as sphere:0,0,0,0.5, go together");
+    } else if (sf_emitter_of(&mesh->lamp, (float)rd_setting_number(settings, "lamp_radius"), &e) != 0 ||
+               (e.kind != SFIELD_EMITTER_RECTANGLE && !(e.radius > 0))) {
+        snprintf(error, EX_ERROR_SIZE, "shadowfield: %.100s: give a point or spot a lamp_radius", mesh->lamp_text);
+    } else if (rd_setting_is(settings, "logarithm", "1")) {
+        snprintf(error, EX_ERROR_SIZE, "shadowfield: logarithm=1 is of occlusion fields");
+    } else
+        return 0;
+    return -1;
+}
+
 /* About 10 ns a triangle and 0.2 ms of texels for each view. */
 static int plan(const rd_settings *settings, const bk_mesh *mesh, uint32_t *units, double *seconds, char *error)
 {
@@ -86,6 +104,8 @@ static int plan(const rd_settings *settings, const bk_mesh *mesh, uint32_t *unit
     uint32_t side = d.position_side ? d.position_side : d.basis == SFIELD_BASIS_HAAR ? 32 : 16;
     *units = units_of(settings);
     *seconds = *units * 6.0 * side * side * (10e-9 * (double)mesh->triangles + 2e-4);
+    if (rd_setting_is(settings, "kind", "lamp") || mesh->lamp_text)
+        return plan_lamp(settings, mesh, error);
     if (rd_setting_is(settings, "kind", "self")) {
         *seconds = 0;                           /* in one part */
         if (d.logarithm)
@@ -139,6 +159,7 @@ static int bake(const rd_settings *settings, const bk_mesh *mesh, uint32_t from,
     sfield_desc d = desc_of(settings, pool);
     const sfield_mesh m = { mesh->positions, mesh->vertices, 0, mesh->indices, 3 * mesh->triangles, NULL, NULL, NULL };
     const sfield_mesh lit = { mesh->positions, mesh->vertices, 0, mesh->lit, 3 * mesh->lit_count, NULL, NULL, NULL };
+    sfield_emitter lamp;
     sfield_field *field;
     sfield_result result;
     if (from != 0 || to != units_of(settings)) {
@@ -147,6 +168,9 @@ static int bake(const rd_settings *settings, const bk_mesh *mesh, uint32_t from,
     }
     if (rd_setting_is(settings, "kind", "self"))
         result = build_self(settings, mesh, &d, &field, error);
+    else if (rd_setting_is(settings, "kind", "lamp") &&
+             sf_emitter_of(&mesh->lamp, (float)rd_setting_number(settings, "lamp_radius"), &lamp) == 0)
+        result = sfield_build_emitter(&d, &lamp, &field, NULL);
     else if (rd_setting_is(settings, "kind", "source"))
         result = sfield_build_emissive(&d, &lit, mesh->radiance, &field, NULL);
     else
@@ -219,7 +243,7 @@ static int verify(const rd_settings *settings, const void *data, size_t size, co
         return failed("file", result, error);
     sfield_get_info(field, &i);
     sfield_free(field);
-    snprintf(kind, sizeof kind, "kind=%s", kinds[i.kind]);
+    snprintf(kind, sizeof kind, "kind=%s", mesh->lamp_text ? "lamp" : kinds[i.kind]);
     if (rd_settings_add(&own, kind, error) != 0 || plan(&own, mesh, &units, &seconds, error) != 0)
         return -1;
     if (bake(&own, mesh, i.shard_begin, i.shard_end ? i.shard_end : units, pool, &again, &again_size, error) != 0)

@@ -281,7 +281,8 @@ static int frame_csm(void *opaque, const rd_job *job, ex_image *out, char *error
 /* ---- opening ---- */
 
 static const char layers_words[] = "z1z2|z1z3_sphere|z1z3_far", filter_words[] = "nearest|pcf|roulette",
-                  order_words[] = "auto|scanline|zigzag|zigzag_theta|hilbert";
+                  order_words[] = "auto|scanline|zigzag|zigzag_theta|hilbert",
+                  orientation_words[] = "auto|polar|minimal|two_poles";
 
 /* Place of a word in a list: 0, 1, ... */
 static int place_of(const char *words, const char *word)
@@ -305,6 +306,12 @@ static void read_options(cs_options *o, const rd_settings *settings)
     o->hard_size = (uint32_t)rd_setting_integer(settings, "hard_map_side");
     o->layers = (cohsm_layers)(COHSM_LAYERS_Z1Z2 + place_of(layers_words, rd_setting_text(settings, "layers")));
     o->order = (cohsm_order)(COHSM_ORDER_DEFAULT + place_of(order_words, rd_setting_text(settings, "order")));
+    o->orientation = (cohsm_orientation)(COHSM_ORIENTATION_DEFAULT +
+                                         place_of(orientation_words, rd_setting_text(settings, "orientation")));
+    if (o->order != COHSM_ORDER_DEFAULT && o->orientation == COHSM_ORIENTATION_DEFAULT)
+        o->orientation = COHSM_ORIENTATION_POLAR;
+    o->depth_bits = (uint32_t)rd_setting_integer(settings, "depth_bits");
+    o->open_thickness = (float)rd_setting_number(settings, "open_thickness");
     o->layout = rd_setting_is(settings, "layout", "fast") ? COHSM_LAYOUT_FAST : COHSM_LAYOUT_COMPACT;
     o->filter = (cohsm_filter)(COHSM_FILTER_NEAREST + place_of(filter_words, rd_setting_text(settings, "filter")));
     o->bias = (float)rd_setting_number(settings, "bias");
@@ -401,7 +408,8 @@ static int open_csm(void **out, const rd_job *job, char *error)
     cs_memory_init(&state->memory);
     read_options(&state->options, job->settings);
     state->full = rd_setting_is(job->settings, "materials", "full");
-    if (cs_baked_open(state, job, error) == 0 && build_all(state, job, error) == 0 && (!job->gl || cs_gl_open(state, job, error) == 0)) {
+    if (cs_baked_open(state, job, error) == 0 && build_all(state, job, error) == 0 &&
+        (!job->gl || cs_gl_open(state, job, error) == 0)) {
         *out = state;
         return 0;
     }
@@ -469,6 +477,10 @@ static const rd_key keys[] = {
     { "map_side", RD_INTEGER, NULL, 4, 1024, "128", "pixels a side of each of them" },
     { "layers", RD_WORD, layers_words, 0, 0, "z1z2", "z1z3: smaller, for closed surfaces with nothing else near" },
     { "order", RD_WORD, order_words, 0, 0, "auto", "how maps follow one another; auto: tries them" },
+    { "orientation", RD_WORD, orientation_words, 0, 0, "auto",
+      "which way is up in a map of a direction; auto: with order=auto by trial, else polar" },
+    { "depth_bits", RD_INTEGER, NULL, 4, 8, "8", "of the grid of stored depths" },
+    { "open_thickness", RD_NUMBER, NULL, 0, 1024, "0", "pixels that a surface without a back is thick; 0: 8" },
     { "layout", RD_WORD, "compact|fast", 0, 0, "compact", "of maps in memory; fast: trays, of --baked files too" },
     { "filter", RD_WORD, filter_words, 0, 0, "nearest", "of map and pixel; pcf and roulette have the same mean" },
     { "bias", RD_NUMBER, NULL, 0, 100, "1", "towards the light, in map pixels" },

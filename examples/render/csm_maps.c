@@ -148,6 +148,9 @@ static int build(cohsm_maps **out, cs_state *state, const rd_job *job, const coh
     desc.map_side = map_side;
     desc.layers = state->options.layers;
     desc.order = state->options.order;
+    desc.orientation = state->options.orientation;
+    desc.depth_bits = state->options.depth_bits;
+    desc.open_thickness = state->options.open_thickness;
     desc.layout = state->options.layout;
     desc.system.allocator = cs_memory_allocator(&state->memory);
     ex_pool_label(job->pool, progress_label);

@@ -17,6 +17,9 @@ typedef struct cs_options {      /* --set, resolved */
     uint32_t     hard_size;                  /* pixels a side of the map of a light without size */
     cohsm_layers layers;
     cohsm_order  order;
+    cohsm_orientation orientation;           /* of maps of directions */
+    uint32_t     depth_bits;
+    float        open_thickness;             /* map pixels */
     cohsm_layout layout;
     cohsm_filter filter;
     float        bias, offset;               /* map pixels: towards the light, and along the geometric normal */

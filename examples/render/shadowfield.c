@@ -203,36 +203,14 @@ static int build_lamp(sf_state *s, const rd_job *job, size_t j, char *error)
     sfield_desc d = desc_of(job, s->basis);
     sfield_emitter e;
     sfield_field *field;
-    sfield_result r;
-    memset(&e, 0, sizeof e);
-    e.radiance[0] = e.radiance[1] = e.radiance[2] = 1;
-    e.radius = l->radius;
-    switch (l->kind) {
-    case EX_LIGHT_SPOT:
-        memcpy(e.normal, l->direction, sizeof e.normal);
-        e.cone_half_angle = acosf(l->cos_half_angle);
-        /* fall through */
-    case EX_LIGHT_POINT:
-        e.radius = s->lamp;
-        break;
-    case EX_LIGHT_DISC:
-        e.kind = SFIELD_EMITTER_DISC;
-        memcpy(e.normal, l->direction, sizeof e.normal);
-        break;
-    case EX_LIGHT_RECT:
-        e.kind = SFIELD_EMITTER_RECTANGLE;
-        for (int k = 0; k < 3; k++) {
-            e.u[k] = 0.5f * l->u[k];
-            e.v[k] = 0.5f * l->v[k];
-        }
-        break;
-    case EX_LIGHT_SPHERE:
-        break;
-    default:
+    sfield_result r = SFIELD_OK;
+    if (sf_emitter_of(l, s->lamp, &e) != 0) {
         snprintf(error, EX_ERROR_SIZE, "shadowfield: line lights are not treated");
         return -1;
     }
-    r = sfield_build_emitter(&d, &e, &field, NULL);
+    field = sf_baked_lamp(&s->baked, &e);
+    if (!field)
+        r = sfield_build_emitter(&d, &e, &field, NULL);
     if (r != SFIELD_OK)
         return failed("source field", r, error);
     s->old_light[j] = s->light[j];

@@ -113,18 +113,10 @@ static int alike(const sfield_info *info, const float *a, const float *b, size_t
     return off <= 0.03f * most;
 }
 
-/* Does it shine as the object does now? Asked from the corners of its last shell; the corners alone are built here. */
-static int shines_so(const sfield_field *field, const sfield_info *info, const ex_mesh *mesh, const sf_glow *glow)
+/* The desc of a small field of the same kind whose last shell has the corners of the file's. */
+static sfield_desc corners_of(const sfield_info *info)
 {
-    const sfield_mesh m = { mesh->positions, mesh->vertex_count, 0, glow->indices, 3 * (size_t)glow->count,
-                            NULL, NULL, NULL };
-    const size_t vector =
-        info->basis == SFIELD_BASIS_SH ? info->bands * info->bands : 6u * info->cube_side * info->cube_side;
-    const float d = info->outer * info->radius / sqrtf(3.0f);
-    float p[24], *values = malloc(2 * 8 * 3 * vector * sizeof *values);
     sfield_desc desc;
-    sfield_field *corners = NULL;
-    int same = 0;
     memset(&desc, 0, sizeof desc);
     desc.basis = info->basis;
     desc.bands = info->bands;
@@ -136,15 +128,54 @@ static int shines_so(const sfield_field *field, const sfield_info *info, const e
     desc.keep = 1;
     memcpy(desc.center, info->center, sizeof desc.center);
     desc.radius = info->radius;
+    return desc;
+}
+
+/* Do both shine alike, asked from those corners? */
+static int same_at_corners(const sfield_field *field, const sfield_info *info, const sfield_field *corners)
+{
+    const size_t vector =
+        info->basis == SFIELD_BASIS_SH ? info->bands * info->bands : 6u * info->cube_side * info->cube_side;
+    const float d = info->outer * info->radius / sqrtf(3.0f);
+    float p[24], *values = malloc(2 * 8 * 3 * vector * sizeof *values);
+    int same;
     for (int i = 0; i < 8; i++)
         for (int k = 0; k < 3; k++)
             p[3 * i + k] = info->center[k] + (i >> k & 1 ? d : -d);
-    if (values && sfield_build_emissive(&desc, &m, glow->radiance, &corners, NULL) == SFIELD_OK &&
-        sfield_query(field, 8, p, 0, values) == SFIELD_OK &&
-        sfield_query(corners, 8, p, 0, values + 24 * vector) == SFIELD_OK)
-        same = alike(info, values, values + 24 * vector, 24);
-    sfield_free(corners);
+    same = values && sfield_query(field, 8, p, 0, values) == SFIELD_OK &&
+           sfield_query(corners, 8, p, 0, values + 24 * vector) == SFIELD_OK &&
+           alike(info, values, values + 24 * vector, 24);
     free(values);
+    return same;
+}
+
+/* Does it shine as the object does now? The corners alone are built here. */
+static int shines_so(const sfield_field *field, const sfield_info *info, const ex_mesh *mesh, const sf_glow *glow)
+{
+    const sfield_mesh m = { mesh->positions, mesh->vertex_count, 0, glow->indices, 3 * (size_t)glow->count,
+                            NULL, NULL, NULL };
+    const sfield_desc desc = corners_of(info);
+    sfield_field *corners = NULL;
+    const int same = sfield_build_emissive(&desc, &m, glow->radiance, &corners, NULL) == SFIELD_OK &&
+                     same_at_corners(field, info, corners);
+    sfield_free(corners);
+    return same;
+}
+
+/* The same of a lamp, whose field lies about the origin with its own radius. */
+static int is_of_lamp(const sfield_field *field, const sfield_info *info, const sfield_emitter *emitter)
+{
+    sfield_desc desc = corners_of(info);
+    sfield_info own;
+    sfield_field *corners = NULL;
+    int same;
+    desc.radius = 0;
+    same = sfield_build_emitter(&desc, emitter, &corners, NULL) == SFIELD_OK;
+    if (same) {
+        sfield_get_info(corners, &own);
+        same = fabsf(own.radius - info->radius) < 1e-4f * own.radius && same_at_corners(field, info, corners);
+    }
+    sfield_free(corners);
     return same;
 }
 
@@ -197,6 +228,21 @@ sfield_field *sf_baked_source(sf_baked *b, const ex_mesh *mesh, const sf_glow *g
         sfield_info info;
         sfield_get_info(b->field[i], &info);
         if (info.kind != SFIELD_KIND_SOURCE || !holds(&info, mesh) || !shines_so(b->field[i], &info, mesh, glow))
+            continue;
+        b->used[i] = 1;
+        return b->field[i];
+    }
+    return NULL;
+}
+
+sfield_field *sf_baked_lamp(sf_baked *b, const sfield_emitter *emitter)
+{
+    for (size_t i = 0; i < b->count; i++) {
+        sfield_info info;
+        const float *c = info.center;
+        sfield_get_info(b->field[i], &info);
+        if (info.kind != SFIELD_KIND_SOURCE || fabsf(c[0]) + fabsf(c[1]) + fabsf(c[2]) > 0 ||
+            !is_of_lamp(b->field[i], &info, emitter))
             continue;
         b->used[i] = 1;
         return b->field[i];

@@ -311,3 +311,34 @@ int sf_taps_build(sf_tap *taps, const rd_job *job, const sf_surface *const *surf
     free(best);
     return 0;
 }
+
+int sf_emitter_of(const ex_light *light, float lamp_radius, sfield_emitter *out)
+{
+    memset(out, 0, sizeof *out);
+    out->radiance[0] = out->radiance[1] = out->radiance[2] = 1;
+    out->radius = light->radius;
+    switch (light->kind) {
+    case EX_LIGHT_SPOT:
+        memcpy(out->normal, light->direction, sizeof out->normal);
+        out->cone_half_angle = acosf(light->cos_half_angle);
+        /* fall through */
+    case EX_LIGHT_POINT:
+        out->radius = lamp_radius;
+        return 0;
+    case EX_LIGHT_DISC:
+        out->kind = SFIELD_EMITTER_DISC;
+        memcpy(out->normal, light->direction, sizeof out->normal);
+        return 0;
+    case EX_LIGHT_RECT:
+        out->kind = SFIELD_EMITTER_RECTANGLE;
+        for (int k = 0; k < 3; k++) {
+            out->u[k] = 0.5f * light->u[k];
+            out->v[k] = 0.5f * light->v[k];
+        }
+        return 0;
+    case EX_LIGHT_SPHERE:
+        return 0;
+    default:
+        return -1;
+    }
+}

@@ -38,6 +38,10 @@ int  sf_glow_build(sf_glow *glow, const ex_scene *scene, const ex_object *object
 int  sf_glow_same(const sf_glow *a, const sf_glow *b);
 void sf_glow_free(sf_glow *glow);
 
+/* A lamp about the centre of its field, of radiance 1; lamp_radius: of points and spots. -1: not of a kind that shadow
+   fields treat. */
+int  sf_emitter_of(const ex_light *light, float lamp_radius, sfield_emitter *out);
+
 /* --baked (shadowfield_baked.c): what bake has written, by bounding sphere and, of sources and points, by what a few
    positions see. Instances share a field: those of the files live until sf_baked_free, and others are freed by
    sf_baked_drop. NULL: build it. */
@@ -46,6 +50,7 @@ int  sf_baked_open(sf_baked *baked, const rd_job *job, sfield_basis basis, char 
 int  sf_baked_all_used(const sf_baked *baked, const rd_job *job, char *error);      /* else -1: one is no object's */
 sfield_field *sf_baked_occlusion(sf_baked *baked, const ex_mesh *mesh);
 sfield_field *sf_baked_source(sf_baked *baked, const ex_mesh *mesh, const sf_glow *glow);
+sfield_field *sf_baked_lamp(sf_baked *baked, const sfield_emitter *emitter);
 sfield_field *sf_baked_self(sf_baked *baked, const sfield_desc *desc, const ex_mesh *mesh, const sf_surface *surface,
                             float offset);
 void sf_baked_drop(const sf_baked *baked, sfield_field *field);

@@ -211,6 +211,18 @@ static void sources_and_points_are_baked(void **state)
     assert_int_equal(run(text, sizeof text, "info @/points.sf"), 0);
     assert_non_null(strstr(text, "\"kind\": \"self\""));
     assert_int_equal(run(text, sizeof text, "verify @/points.sf builtin:robots --set node=body"), 0);
+    done("shadowfield disc:0,0,0,0,1,0,0.5 -o @/bulb.sf --set kind=lamp --set shell_count=4 --set position_side=2");
+    for (i = 1; i <= 2; i++) {
+        snprintf(line, sizeof line, "shadowfield disc:0,0,0,0,1,0,0.5 -o @/bulb.%d --set kind=lamp --set shell_count=4 "
+                 "--set position_side=2 --shard %d/2", i, i);
+        done(line);
+    }
+    done("merge -o @/merged.sf @/bulb.1 @/bulb.2");
+    same("bulb.sf", "merged.sf");
+    assert_int_equal(run(text, sizeof text, "verify @/bulb.sf disc:0,0,0,0,1,0,0.5 --set shell_count=4 "
+                         "--set position_side=2"), 0);
+    assert_int_equal(run(text, sizeof text, "verify @/bulb.sf disc:0,0,0,0,1,0,0.6 --set shell_count=4 "
+                         "--set position_side=2"), 1);
     done("shadowfield builtin:robots -o @/few.sf --set kind=self --set node=body --set point_spacing=0.05");
     assert_int_equal(run(text, sizeof text, "info @/few.sf"), 0);
     assert_non_null(strstr(text, "\"kind\": \"self\""));
@@ -235,6 +247,12 @@ static void bad_arguments_and_files_are_named(void **state)
                 { "shadowfield builtin:knot -o @/o --set kind=self --set logarithm=1", 1,
                   "logarithm=1 is of occlusion" },
                 { "shadowfield builtin:knot -o @/o --set kind=self --shard 1/2", 1, "more shards" },
+                { "shadowfield builtin:knot -o @/o --set kind=lamp", 1, "kind=lamp and a lamp" },
+                { "shadowfield sphere:0,0,0,1 -o @/o", 1, "kind=lamp and a lamp" },
+                { "shadowfield sphere:0,0,0 -o @/o --set kind=lamp", 1, "sphere" },
+                { "shadowfield point:0,0,0 -o @/o --set kind=lamp", 1, "lamp_radius" },
+                { "shadowfield sphere:0,0,0,1 -o @/o --set kind=lamp --set logarithm=1", 1, "of occlusion" },
+                { "csm sphere:0,0,0,1 -o @/o", 1, "a lamp hides nothing" },
                 { "csm builtin:knot -o @/o --shard 0/4", 2, "--shard" },
                 { "csm builtin:knot -o @/o --shard 5/4", 2, "--shard" },
                 { "csm builtin:knot -o @/o --shard 1/4x", 2, "--shard" },

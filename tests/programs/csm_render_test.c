@@ -291,7 +291,8 @@ static void baked_places_are_used(void **state)
 #define BAKED " --set side=3 --set map_side=32"
     (void)state;
     same_as_baked("builtin:knot --domain sphere:1,4,1,0.4" BAKED, SMALL "--light sphere:1,4,1,0.4,20", PLACES);
-    same_as_baked("builtin:knot --domain disc:1,4,1,0.5,0,0,0,0,0.5" BAKED, SMALL, PLACES " --light disc:1,4,1,0,-1,0,0.5,20");
+    same_as_baked("builtin:knot --domain disc:1,4,1,0.5,0,0,0,0,0.5" BAKED, SMALL,
+                  PLACES " --light disc:1,4,1,0,-1,0,0.5,20");
     same_as_baked("builtin:knot --domain rectangle:1,4,1,1,0,0,0,0,1" BAKED, SMALL,
                   PLACES " --light rect:1,4,1,1,0,0,0,0,1,20");
     /* other sides than the settings say: the file's count */
@@ -347,8 +348,7 @@ static void write_octahedron(const char *name)
     assert_int_equal(fclose(file), 0);
 }
 
-/* The places of bake are those that lightsampling.h gives render's light; the octahedron hides none of them from another
-   point that they shine at, so that it may cast its own shadow in the one and not in the other. */
+/* The places of bake are those that lightsampling.h gives render's light. */
 static void baked_emissive_mesh_is_used(void **state)
 {
     (void)state;

@@ -178,6 +178,39 @@ static void baked_files_go_together(void **state)
     expect(2, "rsm reads no baked file", "--technique rsm --scene builtin:knot --baked a.csm --out x.pfm");
 }
 
+/* Lamps: with the file the picture is that of what render builds, to the bit, wherever the lamp stands and however
+   bright it is; a lamp of another kind, size or direction refuses it, as it would come out otherwise. */
+static void baked_lamps_are_used(void **state)
+{
+    static const struct { const char *lamp, *placed, *other; } rows[] = {
+        { "sphere:0,0,0,0.2", "sphere:0,1.5,0.3,0.2,20", "sphere:0,1.5,0.3,0.25,20" },
+        { "disc:0,0,0,0,-1,0,0.3", "disc:0,2,0,0,-1,0,0.3,20", "disc:0,2,0,1,0,0,0.3,20" },
+        { "rect:0,0,0,0.4,0,0,0,0,0.2", "rect:0,2,0,0.4,0,0,0,0,0.2,20", "rect:0,2,0,0,0,0.2,0.4,0,0,20" },
+        { "spot:0,0,0,0,-1,0,50 --set lamp_radius=0.1", "spot:0,2,0,0,-1,0,50,20", "spot:0,2,0,0,-1,0,90,20" } };
+    static const char scene[] = "--technique shadowfield --scene builtin:knot --size 32x18 --set shell_count=4 "
+                                "--set position_side=4 --set ground=1 --set lamp_radius=0.05";
+    char line[500];
+    (void)state;
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        snprintf(line, sizeof line,
+                 "shadowfield %s -o lamp.sf --set kind=lamp --set shell_count=4 --set position_side=4",
+                 rows[i].lamp);
+        bake(line);
+        if (i + 1 == sizeof rows / sizeof *rows) break;
+        snprintf(line, sizeof line, "%s --light %s --out built.pfm", scene, rows[i].placed);
+        expect(0, "", line);
+        snprintf(line, sizeof line, "%s --light %s --baked lamp.sf --out baked.pfm", scene, rows[i].placed);
+        expect(0, "", line);
+        assert_int_equal(run("compare", "baked.pfm built.pfm"), 0);
+        if (!(number("rmse") <= 0 && number("pixels") > 100)) fail_msg("%s: %s", rows[i].lamp, output);
+        snprintf(line, sizeof line, "%s --light %s --baked lamp.sf --out x.pfm", scene, rows[i].other);
+        expect(1, "lamp.sf: the field of another object", line);
+    }
+    /* a spot's radius is render's lamp_radius times that of the scene: another one */
+    snprintf(line, sizeof line, "%s --light %s --baked lamp.sf --out x.pfm", scene, rows[3].placed);
+    expect(1, "lamp.sf: the field of another object", line);
+}
+
 /* The film of a fire: the file is of its first picture, and the next ones are built. */
 static void baked_video_goes_on(void **state)
 {
@@ -205,6 +238,7 @@ int main(void)
                                         cmocka_unit_test(baked_fields_are_used),
                                         cmocka_unit_test(baked_sources_are_used),
                                         cmocka_unit_test(baked_files_go_together),
+                                        cmocka_unit_test(baked_lamps_are_used),
                                         cmocka_unit_test(baked_video_goes_on) };
     return cmocka_run_group_tests(tests, open_folder, close_folder);
 }
