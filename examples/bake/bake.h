@@ -30,6 +30,8 @@ typedef struct bk_mesh {
     ex_scene  scene;                    /* where it is from */
     char      node[64];
     const bk_domain *domain;            /* of csm; NULL: the default */
+    const char *path;
+    int         as_film;                /* lit has both sides of what may shine, so that all frames have the same */
     const char *lamp_text;              /* or it is a lamp, as render's --light says it, and has no triangles */
     ex_light    lamp;
 } bk_mesh;
@@ -135,6 +137,8 @@ int  bk_write(const char *path, const void *data, size_t size, char *error);
 
 /* object.c: what casts shadows in a scene, or node=NAME of it in its own space. */
 int  bk_object(bk_mesh *out, const char *path, const char *node, char *error);
+/* The same object with the radiance of each of so many frames, one after another; its triangles must rest. */
+int  bk_film(bk_mesh *out, const bk_mesh *mesh, uint32_t frames, double frames_per_second, char *error);
 void bk_object_free(bk_mesh *mesh);
 /* Its vertices as they are, or with spacing > 0 the points that `render --set point_spacing=` shades. */
 int  bk_points_of(bk_points *out, const bk_mesh *mesh, float spacing, char *error);

@@ -35,7 +35,7 @@ static void add_lit(bk_mesh *out, const cs_soup *soup, size_t first, const ex_ob
     for (size_t t = first; t < soup->triangles; t++) {
         const ex_material *material = &out->scene.materials[ex_object_material(&out->scene, o, soup->source[t])];
         const float *e = material->emission;
-        const int both = material->double_sided && (e[0] > 0 || e[1] > 0 || e[2] > 0);
+        const int both = material->double_sided && (out->as_film || e[0] > 0 || e[1] > 0 || e[2] > 0);
         for (int side = 0; side <= both; side++, out->lit_count++) {
             uint32_t *to = out->lit + 3 * out->lit_count;
             const uint32_t *from = soup->indices + 3 * t;
@@ -96,7 +96,7 @@ static int gather(bk_mesh *out, char *error)
     free(soup.source);
     if (found)
         return out_of_memory(error);
-    if (!shines(out)) {
+    if (!out->as_film && !shines(out)) {
         free(out->lit);
         free(out->radiance);
         out->lit = NULL;
@@ -116,25 +116,72 @@ static int names_lamp(const char *path)
     return 0;
 }
 
-int bk_object(bk_mesh *out, const char *path, const char *node, char *error)
+/* As the scene is at a time. */
+static int load(bk_mesh *out, const char *path, const char *node, double time, char *error)
 {
     int result;
-    memset(out, 0, sizeof *out);
-    if (names_lamp(path)) {
-        rd_light_arg light;
-        result = rd_light_parse(&light, path, error);
-        out->lamp = light.light;
-        out->lamp_text = path;
-        return result;
-    }
+    out->path = path;
     snprintf(out->node, sizeof out->node, "%s", node);
     if (strncmp(path, "builtin:", 8) == 0)
-        result = ex_scene_builtin(&out->scene, path + 8, 0, error);
+        result = ex_scene_builtin(&out->scene, path + 8, (float)time, error);
     else
         result = ex_scene_load(&out->scene, path, error);
     if (result != 0)
         return -1;
     result = gather(out, error);
+    if (result != 0)
+        bk_object_free(out);
+    return result;
+}
+
+int bk_object(bk_mesh *out, const char *path, const char *node, char *error)
+{
+    memset(out, 0, sizeof *out);
+    if (names_lamp(path)) {
+        rd_light_arg light;
+        const int result = rd_light_parse(&light, path, error);
+        out->lamp = light.light;
+        out->lamp_text = path;
+        return result;
+    }
+    return load(out, path, node, 0, error);
+}
+
+/* Appends what a frame's triangles shine to a film of i frames. */
+static int add_frame(bk_mesh *film, const bk_mesh *now, uint32_t i, char *error)
+{
+    const size_t row = 3 * film->lit_count;
+    float *grown;
+    if (now->vertices != film->vertices || now->triangles != film->triangles || now->lit_count != film->lit_count ||
+        memcmp(now->positions, film->positions, 12 * film->vertices) != 0 ||
+        memcmp(now->indices, film->indices, 12 * film->triangles) != 0) {
+        snprintf(error, EX_ERROR_SIZE, "frames: the object moves; name the node that shines");
+        return -1;
+    }
+    grown = realloc(film->radiance, (row * (i + 1) + 1) * sizeof *grown);
+    if (!grown)
+        return out_of_memory(error);
+    memcpy(grown + row * i, now->radiance, row * sizeof *grown);
+    film->radiance = grown;
+    return 0;
+}
+
+int bk_film(bk_mesh *out, const bk_mesh *mesh, uint32_t frames, double frames_per_second, char *error)
+{
+    int result = 0;
+    memset(out, 0, sizeof *out);
+    out->as_film = 1;
+    if (load(out, mesh->path, mesh->node, 0, error) != 0)
+        return -1;
+    for (uint32_t i = 1; i < frames && result == 0; i++) {
+        bk_mesh now;
+        memset(&now, 0, sizeof now);
+        now.as_film = 1;
+        result = load(&now, mesh->path, mesh->node, i / frames_per_second, error);
+        if (result == 0)
+            result = add_frame(out, &now, i, error);
+        bk_object_free(&now);
+    }
     if (result != 0)
         bk_object_free(out);
     return result;

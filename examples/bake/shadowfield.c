@@ -14,6 +14,9 @@ static const rd_key keys[] = {
     { "kind", RD_WORD, "occlusion|source|self|lamp", 0, 0, "occlusion",
       "what the object hides, what its emissive triangles shine, or what it hides from its own points; or what a lamp "
       "shines, given in place of SCENE as render's --light" },
+    { "frames", RD_INTEGER, NULL, 1, 256, "1", "kind=source: pictures of an animated scene" },
+    { "fps", RD_NUMBER, NULL, 1e-6, 1e6, "30", "of these, a second" },
+    { "loop", RD_WORD, "0|1", 0, 0, "0", "1: after the last picture comes the first; 0: the last one stays" },
     { "lamp_radius", RD_NUMBER, NULL, 0, 1e9, "0", "kind=lamp: of a point or spot" },
     { "point_spacing", RD_NUMBER, NULL, 0, 1, "0", "kind=self: that of render; 0: the vertices, in their order" },
     { "basis", RD_WORD, "sh|haar", 0, 0, "sh", "spherical harmonics or Haar wavelets" },
@@ -61,6 +64,11 @@ static sfield_desc desc_of(const rd_settings *settings, ex_pool *pool)
     d.keep = (float)rd_setting_number(settings, "keep");
     d.window = (float)rd_setting_number(settings, "window");
     d.logarithm = rd_setting_is(settings, "logarithm", "1");
+    if (rd_setting_is(settings, "kind", "source")) {
+        d.frame_count = (uint32_t)rd_setting_integer(settings, "frames");
+        d.frames_per_second = (float)rd_setting_number(settings, "fps");
+        d.loop = rd_setting_is(settings, "loop", "1");
+    }
     if (!(d.keep > 0) && rd_setting_is(settings, "kind", "self"))
         d.keep = 0.06f;                         /* one cube a point, not thousands an object */
     ex_pool_label(pool, "shadow field");
@@ -79,7 +87,7 @@ static uint32_t shells_of(const sfield_desc *d)
 static uint32_t units_of(const rd_settings *settings)
 {
     const sfield_desc d = desc_of(settings, NULL);
-    return rd_setting_is(settings, "kind", "self") ? 1 : shells_of(&d);
+    return rd_setting_is(settings, "kind", "self") ? 1 : shells_of(&d) * (d.frame_count ? d.frame_count : 1);
 }
 
 static int plan_lamp(const rd_settings *settings, const bk_mesh *mesh, char *error)
@@ -112,8 +120,13 @@ static int plan(const rd_settings *settings, const bk_mesh *mesh, uint32_t *unit
             snprintf(error, EX_ERROR_SIZE, "shadowfield: logarithm=1 is of occlusion fields");
         return d.logarithm ? -1 : 0;
     }
-    if (!rd_setting_is(settings, "kind", "source"))
-        return 0;
+    if (!rd_setting_is(settings, "kind", "source")) {
+        if (rd_setting_integer(settings, "frames") > 1)
+            snprintf(error, EX_ERROR_SIZE, "shadowfield: frames are of kind=source");
+        return rd_setting_integer(settings, "frames") > 1 ? -1 : 0;
+    }
+    if (rd_setting_integer(settings, "frames") > 1 && !d.logarithm)
+        return 0;                               /* its first picture may be dark */
     if (!mesh->radiance || d.logarithm)
         snprintf(error, EX_ERROR_SIZE, "shadowfield: %s",
                  mesh->radiance ? "logarithm=1 is of occlusion fields" : "kind=source: nothing shines there");
@@ -153,6 +166,23 @@ static sfield_result build_self(const rd_settings *settings, const bk_mesh *mesh
     return result;
 }
 
+static int build_film(const bk_mesh *mesh, const sfield_desc *d, sfield_field **field, sfield_result *result,
+                      char *error)
+{
+    sfield_mesh lit;
+    bk_mesh film;
+    if (bk_film(&film, mesh, d->frame_count, (double)d->frames_per_second, error) != 0)
+        return -1;
+    memset(&lit, 0, sizeof lit);
+    lit.positions = film.positions;
+    lit.vertex_count = film.vertices;
+    lit.indices = film.lit;
+    lit.index_count = 3 * film.lit_count;
+    *result = sfield_build_emissive(d, &lit, film.radiance, field, NULL);
+    bk_object_free(&film);
+    return 0;
+}
+
 static int bake(const rd_settings *settings, const bk_mesh *mesh, uint32_t from, uint32_t to, ex_pool *pool,
                 void **data, size_t *size, char *error)
 {
@@ -171,7 +201,10 @@ static int bake(const rd_settings *settings, const bk_mesh *mesh, uint32_t from,
     else if (rd_setting_is(settings, "kind", "lamp") &&
              sf_emitter_of(&mesh->lamp, (float)rd_setting_number(settings, "lamp_radius"), &lamp) == 0)
         result = sfield_build_emitter(&d, &lamp, &field, NULL);
-    else if (rd_setting_is(settings, "kind", "source"))
+    else if (d.frame_count > 1) {
+        if (build_film(mesh, &d, &field, &result, error) != 0)
+            return -1;
+    } else if (rd_setting_is(settings, "kind", "source"))
         result = sfield_build_emissive(&d, &lit, mesh->radiance, &field, NULL);
     else
         result = sfield_build(&d, &m, &field, NULL);
@@ -214,12 +247,14 @@ static int info(const void *data, size_t size, char *line, size_t room, char *er
         line, room,
         "{\"technique\": \"shadowfield\", \"file_bytes\": %lu, \"kind\": \"%s\", \"basis\": \"%s\", \"bands\": %u, "
         "\"cube_side\": %u, \"shell_count\": %u, \"position_side\": %u, \"sample_count\": %lu, "
-        "\"coefficient_count\": %llu, \"inner\": %.6g, \"outer\": %.6g, \"shard_begin\": %u, \"shard_end\": %u, \"center\": [%.9g, %.9g, %.9g], "
+        "\"coefficient_count\": %llu, \"frame_count\": %u, \"inner\": %.6g, "
+        "\"outer\": %.6g, \"shard_begin\": %u, \"shard_end\": %u, \"center\": [%.9g, %.9g, %.9g], "
         "\"radius\": %.9g}",
         (unsigned long)size, kinds[i.kind], i.basis == SFIELD_BASIS_HAAR ? "haar" : "sh", (unsigned)i.bands,
         (unsigned)i.cube_side, (unsigned)i.shell_count, (unsigned)i.position_side, (unsigned long)i.sample_count,
-        (unsigned long long)i.coefficient_count, (double)i.inner, (double)i.outer, (unsigned)i.shard_begin,
-        (unsigned)i.shard_end, (double)i.center[0], (double)i.center[1], (double)i.center[2], (double)i.radius);
+        (unsigned long long)i.coefficient_count, (unsigned)i.frame_count, (double)i.inner, (double)i.outer,
+        (unsigned)i.shard_begin, (unsigned)i.shard_end, (double)i.center[0], (double)i.center[1],
+        (double)i.center[2], (double)i.radius);
     return 0;
 }
 

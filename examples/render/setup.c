@@ -229,6 +229,7 @@ int rd_setup(ex_scene *scene, rd_job *job, rd_emitter **emitters, const rd_args 
     if ((builtin ? ex_scene_builtin(scene, builtin, time, error) : ex_scene_load(scene, args->scene, error)) != 0)
         return -1;
     if (finish(scene, job, emitters, args, error) == 0) {
+        job->time = time;
         place_lamps(scene, job, time);
         return 0;
     }
@@ -242,6 +243,7 @@ int rd_move(ex_scene *scene, rd_job *job, rd_emitter **emitters, float time, cha
 {
     if (ex_scene_set_time(scene, time, error) != 0)
         return -1;
+    job->time = time;
     place_lamps(scene, job, time);
     return measure(scene, job, emitters, error);
 }

@@ -258,7 +258,7 @@ static int build_glow(sf_state *s, const rd_job *job, size_t j, sf_glow *glow, c
     sfield_field *field;
     d.position_side = side ? (uint32_t)side : d.position_side;
     d.shell_count = shells ? (uint32_t)shells : d.shell_count;
-    field = sf_baked_source(&s->baked, m, glow);
+    field = sf_baked_source(&s->baked, m, glow, job->time);
     if (!field && build_field(job, &d, &mesh, glow->radiance, &field, NULL, error) != 0) {
         sf_glow_free(glow);
         return -1;
@@ -474,6 +474,7 @@ static int place(sf_state *s, const rd_job *job, char *error)
             place_lamp(s, &scene->lights[s->light_of[i]], &s->built[i], e);
         }
         e->source = s->light[i];
+        e->time = job->time;
     }
     if (check_enclosed(s, job, error) != 0)
         return -1;

@@ -30,7 +30,7 @@ static int open_file(const char *path, const rd_job *job, sfield_basis basis, sf
     if (r != SFIELD_OK)
         return failed(path, sfield_result_text(r), error);
     sfield_get_info(*out, &info);
-    if (info.basis == basis && !info.logarithm && !info.shard_end && info.frame_count == 1 &&
+    if (info.basis == basis && !info.logarithm && !info.shard_end &&
         (basis != SFIELD_BASIS_SH || info.bands == (uint32_t)rd_setting_integer(job->settings, "bands")))
         return 0;
     return failed(path, "not a whole field of this basis and these bands", error);
@@ -131,8 +131,8 @@ static sfield_desc corners_of(const sfield_info *info)
     return desc;
 }
 
-/* Do both shine alike, asked from those corners? */
-static int same_at_corners(const sfield_field *field, const sfield_info *info, const sfield_field *corners)
+/* Does the field shine at a time, asked from those corners, as the small one does? */
+static int same_at_corners(const sfield_field *field, const sfield_info *info, const sfield_field *corners, float time)
 {
     const size_t vector =
         info->basis == SFIELD_BASIS_SH ? info->bands * info->bands : 6u * info->cube_side * info->cube_side;
@@ -142,7 +142,7 @@ static int same_at_corners(const sfield_field *field, const sfield_info *info, c
     for (int i = 0; i < 8; i++)
         for (int k = 0; k < 3; k++)
             p[3 * i + k] = info->center[k] + (i >> k & 1 ? d : -d);
-    same = values && sfield_query(field, 8, p, 0, values) == SFIELD_OK &&
+    same = values && sfield_query(field, 8, p, time, values) == SFIELD_OK &&
            sfield_query(corners, 8, p, 0, values + 24 * vector) == SFIELD_OK &&
            alike(info, values, values + 24 * vector, 24);
     free(values);
@@ -150,14 +150,15 @@ static int same_at_corners(const sfield_field *field, const sfield_info *info, c
 }
 
 /* Does it shine as the object does now? The corners alone are built here. */
-static int shines_so(const sfield_field *field, const sfield_info *info, const ex_mesh *mesh, const sf_glow *glow)
+static int shines_so(const sfield_field *field, const sfield_info *info, const ex_mesh *mesh, const sf_glow *glow,
+                     float time)
 {
     const sfield_mesh m = { mesh->positions, mesh->vertex_count, 0, glow->indices, 3 * (size_t)glow->count,
                             NULL, NULL, NULL };
     const sfield_desc desc = corners_of(info);
     sfield_field *corners = NULL;
     const int same = sfield_build_emissive(&desc, &m, glow->radiance, &corners, NULL) == SFIELD_OK &&
-                     same_at_corners(field, info, corners);
+                     same_at_corners(field, info, corners, time);
     sfield_free(corners);
     return same;
 }
@@ -173,7 +174,7 @@ static int is_of_lamp(const sfield_field *field, const sfield_info *info, const 
     same = sfield_build_emitter(&desc, emitter, &corners, NULL) == SFIELD_OK;
     if (same) {
         sfield_get_info(corners, &own);
-        same = fabsf(own.radius - info->radius) < 1e-4f * own.radius && same_at_corners(field, info, corners);
+        same = fabsf(own.radius - info->radius) < 1e-4f * own.radius && same_at_corners(field, info, corners, 0);
     }
     sfield_free(corners);
     return same;
@@ -222,12 +223,12 @@ sfield_field *sf_baked_occlusion(sf_baked *b, const ex_mesh *mesh)
     return NULL;
 }
 
-sfield_field *sf_baked_source(sf_baked *b, const ex_mesh *mesh, const sf_glow *glow)
+sfield_field *sf_baked_source(sf_baked *b, const ex_mesh *mesh, const sf_glow *glow, float time)
 {
     for (size_t i = 0; i < b->count; i++) {
         sfield_info info;
         sfield_get_info(b->field[i], &info);
-        if (info.kind != SFIELD_KIND_SOURCE || !holds(&info, mesh) || !shines_so(b->field[i], &info, mesh, glow))
+        if (info.kind != SFIELD_KIND_SOURCE || !holds(&info, mesh) || !shines_so(b->field[i], &info, mesh, glow, time))
             continue;
         b->used[i] = 1;
         return b->field[i];

@@ -49,7 +49,7 @@ typedef struct sf_baked { sfield_field **field; int *used; size_t count; } sf_ba
 int  sf_baked_open(sf_baked *baked, const rd_job *job, sfield_basis basis, char *error);
 int  sf_baked_all_used(const sf_baked *baked, const rd_job *job, char *error);      /* else -1: one is no object's */
 sfield_field *sf_baked_occlusion(sf_baked *baked, const ex_mesh *mesh);
-sfield_field *sf_baked_source(sf_baked *baked, const ex_mesh *mesh, const sf_glow *glow);
+sfield_field *sf_baked_source(sf_baked *baked, const ex_mesh *mesh, const sf_glow *glow, float time);
 sfield_field *sf_baked_lamp(sf_baked *baked, const sfield_emitter *emitter);
 sfield_field *sf_baked_self(sf_baked *baked, const sfield_desc *desc, const ex_mesh *mesh, const sf_surface *surface,
                             float offset);

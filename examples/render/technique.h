@@ -45,6 +45,7 @@ typedef struct rd_job {
     uint32_t           aa;
     uint32_t           frames;
     uint32_t           frame;          /* 0 .. frames - 1 */
+    float              time;           /* seconds, of an animated scene as it is now */
     uint32_t           seed;           /* --seed + frame */
     int                threads;
     ex_pool           *pool;

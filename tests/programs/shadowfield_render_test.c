@@ -230,6 +230,32 @@ static void baked_video_goes_on(void **state)
     }
 }
 
+/* All pictures of that film in one file: each frame's picture is that of a field built then, to the bit; long after the
+   last one the fire is another, and the file is refused. */
+static void baked_films_play(void **state)
+{
+    static const char scene[] = "--technique shadowfield --scene builtin:explosion --size 32x18 "
+                                "--set source_position_side=2 --set source_shell_count=3" SMALL;
+    char line[500];
+    (void)state;
+    bake("shadowfield builtin:explosion -o film.sf --set kind=source --set node=fire --set shell_count=3 "
+         "--set position_side=2 --set frames=5");
+    assert_int_equal(run("bake", "info film.sf"), 0);
+    assert_true(number("frame_count") >= 5 && number("frame_count") <= 5);
+    snprintf(line, sizeof line, "%s --frames 4 --out built.pfm --json -", scene);
+    expect(0, "", line);
+    snprintf(line, sizeof line, "%s --frames 4 --baked film.sf --out baked.pfm --json -", scene);
+    expect(0, "", line);
+    assert_int_equal(run("compare", "baked.pfm built.pfm"), 0);
+    if (!(number("rmse") <= 0 && number("pixels") > 100)) fail_msg("%s", output);
+    snprintf(line, sizeof line, "%s --time 1 --baked film.sf --out late.pfm", scene);
+    expect(1, "film.sf: the field of another object", line);
+    if (run("bake", "shadowfield builtin:explosion -o x.sf --set kind=source --set frames=3") != 1 ||
+        !strstr(output, "name the node")) fail_msg("%s", output);
+    if (run("bake", "shadowfield builtin:explosion -o x.sf --set frames=3") != 1 ||
+        !strstr(output, "frames are of kind=source")) fail_msg("%s", output);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = { cmocka_unit_test(video_follows_time),
@@ -239,6 +265,7 @@ int main(void)
                                         cmocka_unit_test(baked_sources_are_used),
                                         cmocka_unit_test(baked_files_go_together),
                                         cmocka_unit_test(baked_lamps_are_used),
-                                        cmocka_unit_test(baked_video_goes_on) };
+                                        cmocka_unit_test(baked_video_goes_on),
+                                        cmocka_unit_test(baked_films_play) };
     return cmocka_run_group_tests(tests, open_folder, close_folder);
 }
