@@ -230,7 +230,6 @@ static int make_light(app *a)
     sizes.vpl_count = VPLS;
     sizes.surfel_count = SURFELS;
     sizes.lazy_frames = LAZY;
-    sizes.importance = ISM_IMPORTANCE_FLUX;
     size.width = WIDTH;
     size.height = HEIGHT;
     size.attributes = where;

@@ -122,7 +122,9 @@
      section 3.3  points drawn into maps         ism_place_surfel   ism__draw_points    T48 T50
      section 3.3  pull and push                  ism_pull           ism__pull           T49
      section 3.3  depths of texels in holes      ism_filled         ism__fill           T49
-     section 3.2  importance by flux             ism_read_pvpl      ism__add_shares     T41
+     section 3.2  importance by flux             ism_weight         ism__add_shares     T41
+     section 4    importance by few receivers    ism_effect         ism__estimate_effect  T41
+     section 4.2  receivers near the texel       ism_effect         ism__to_pixel       T41
      section 4    flux over N and probability    glbk_ism_choose    ism__make_vpl       T41
      section 4.1  prefix sums, VPL i at i / N    ism_search         ism__draw_vpl       T15 T16
      section 5.3  phases of surfels              glbk_ism_draw      ism_phase_surfels   T57
@@ -130,6 +132,7 @@
      section 6.2  subsets of VPLs                ism_light          ism__shade_pixel    -
      section 6.2  blur along surfaces            ism_smooth         ism__smooth_pixel   -
      section 6.4  dithered opacity               ism_dither         ism__dither         T58
+     section 6.5  blur of the BRSM               ism_blurred        ism__blur_task      T41
      section 6.5  VPLs between texels            ism_inter_texel    ism__inter_texel    T55
      -            light close to a VPL           ism_patch_kernel   ism__patch_kernel   T42 T43 T44
      -            near points                    ism_gather         ism_near_points     -
@@ -387,17 +390,23 @@ typedef struct glbk_ism_choice_desc {   /* zero it, then set what you care about
 typedef struct glbk_ism_choice {        /* what glbk_ism_choose needs; read only; zeroed = none */
     glbk_ism_choice_desc desc;          /* with its defaults */
     uint32_t     table;                 /* GL's name of the table of VPLs that is drawn to */
-    glbk_texture importances;           /* of all texels, face above face; R32UI, bits of floats, as sums */
+    glbk_texture boxes[3];              /* of the receivers: 1024, 32, one; two layers have two corners */
+    glbk_texture effects;               /* of all texels on the picture, face above face; R32UI, bits */
+    glbk_texture importances;           /* flux times effect, and flux; RG32UI, bits of floats, as sums */
     glbk_texture row_sums[GLBK_ISM_SUM_LEVELS];     /* running sums along rows: of each block of 32 texels, of
                                                        each block of 32 blocks, of all of these */
     glbk_texture column_sums[GLBK_ISM_SUM_LEVELS];  /* the same of whole rows, one texel wide */
     glbk_texture drawn;                 /* VPLs, 256 a row: place and area; normal; flux */
+    glbk_target  box_targets[3];        /* of boxes */
+    glbk_target  effect_target;         /* of effects */
     glbk_target  importance_target;     /* of importances */
     glbk_target  row_targets[GLBK_ISM_SUM_LEVELS];
     glbk_target  column_targets[GLBK_ISM_SUM_LEVELS];
     glbk_target  drawn_target;          /* of drawn */
     glbk_target  table_target;          /* of the table */
     glbk_buffer  block;                 /* the uniform block */
+    glbk_program extent[2];             /* draw boxes, the first time and later */
+    glbk_program effect;                /* draws effects */
     glbk_program weigh;                 /* draws importances */
     glbk_program scan;                  /* draws running sums */
     glbk_program choose;                /* draws VPLs */
@@ -407,13 +416,13 @@ typedef struct glbk_ism_choice {        /* what glbk_ism_choose needs; read only
 GLBK_DEF glbk_result glbk_ism_choice_create(glbk_context *ctx, const glbk_ism_maps *maps,
                                             const glbk_ism_choice_desc *desc, glbk_ism_choice *out);
 /* Makes what chooses the VPLs of maps, which must outlive it; glbk_ism_choice_free takes it back.
-   maps     whose desc says how VPLs are chosen: vpl_count, importance, no_inter_texel, unstable and seed
-            count
+   maps     whose desc says how VPLs are chosen: vpl_count, importance, view_grid_side, blur_radius,
+            flux_share, no_inter_texel, unstable and seed count
    out      zeroed on errors
-   Memory   on the GPU: 8.3 bytes for each texel of the source, and 48 for each VPL
+   Memory   on the GPU: 20.5 bytes for each texel of the source (by flux 16.5), and 48 for each VPL
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or maps were not created. GLBK_ERR_DESC: a field is out of
-            range, or maps->desc.importance is not ISM_IMPORTANCE_FLUX. GLBK_ERR_LIMIT: width, or the rows of
-            all faces, are above ctx->max_side or 32768. Those of programs, textures and targets */
+            range, also of maps->desc. GLBK_ERR_LIMIT: width, or the rows of all faces, are above
+            ctx->max_side or 32768. Those of programs, textures and targets */
 
 GLBK_DEF glbk_result glbk_ism_choose(glbk_context *ctx, glbk_ism_choice *choice, glbk_ism_maps *maps,
                                      const glbk_texture *texels, const glbk_gbuffer *seen, uint32_t index);
@@ -426,13 +435,15 @@ GLBK_DEF glbk_result glbk_ism_choose(glbk_context *ctx, glbk_ism_choice *choice,
             flux of the channels in W, and area in m^2 (what ism_source says of them). glbk_rsm_map.texels are
             such. A texel whose flux is not 0..1e30, whose place is not finite or whose normal is not unit is
             never chosen
-   seen     what the camera sees, for its matrix alone: it tells how far VPLs may move between texels. NULL,
-            or a G-buffer without the matrix: they move as if all was seen from afar
+   seen     what the camera sees: the receivers, and the matrix that says which of them lie near a texel and
+            how far VPLs may move between texels. Without the matrix nothing is guided and VPLs move as if
+            all was seen from afar. May be NULL with ISM_IMPORTANCE_FLUX
    index    number of the frame; counts if maps->desc.unstable is set
-   Cost     35 texels read for each texel of the source; each VPL looks at all others
-   Errors   GLBK_ERR_ARGUMENT: a pointer but seen is NULL, or an object was not created. GLBK_ERR_MISMATCH:
-            maps are not those that the choice was made for, or texels have another size, format or number of
-            layers. GLBK_ERR_LOST */
+   Cost     for each texel of the source 35 texels read by flux; else besides view_grid_side^2 receivers, and
+            three texels for each that its blur reaches, 169 by default. Each VPL looks at all others
+   Errors   GLBK_ERR_ARGUMENT: a pointer that must be given is NULL, or an object was not created.
+            GLBK_ERR_MISMATCH: maps are not those that the choice was made for, or texels have another size,
+            format or number of layers. GLBK_ERR_LOST */
 
 GLBK_DEF void glbk_ism_choice_free(glbk_context *ctx, glbk_ism_choice *choice);
 /* Frees what glbk_ism_choice_create made, and zeroes the struct. NULL and a zeroed choice are allowed. */
@@ -461,7 +472,10 @@ GLBK_DEF void glbk_ism_choice_free(glbk_context *ctx, glbk_ism_choice *choice);
 #define GLBK_ISM_CHOICE_TEXTURES(X)                                                                     \
     X(usampler2DArray, glbk_ism_texels, 0)      /* layers 3 face + 0 place, 1 normal, 2 flux */         \
     X(usampler2DArray, glbk_ism_drawn, 1)       /* VPLs: place, normal, flux */                         \
-    X(usampler2D, glbk_ism_importances, 1)                                                              \
+    X(usampler2DArray, glbk_ism_box, 1)         /* of the receivers: lower and upper corner */          \
+    X(usampler2D, glbk_ism_effects, 1)          /* of texels on the picture */                          \
+    X(usampler2D, glbk_ism_summed, 1)           /* values of running sums */                            \
+    X(usampler2D, glbk_ism_importances, 1)      /* flux times effect, flux */                           \
     X(usampler2D, glbk_ism_row_sums0, 2)        /* running sums of importances along rows */            \
     X(usampler2D, glbk_ism_row_sums1, 3)        /* and of their blocks of 32 */                         \
     X(usampler2D, glbk_ism_row_sums2, 4)        /* and of blocks of these */                            \
@@ -516,8 +530,16 @@ GLBK_DEF void glbk_ism_choice_free(glbk_context *ctx, glbk_ism_choice *choice);
     X(uint, pace, 1)                /* of running sums: values from one that counts to the next */      \
     X(uint, value_count, 1)         /* of running sums: values in a row or column */                    \
     X(uint, first_column, 1)        /* of running sums along columns: where they are read */            \
-    X(uint, unused0, 1)                                                                                 \
-    X(uint, unused1, 1)
+    X(uint, view_width, 1)          /* of the picture, in pixels */                                     \
+    X(uint, view_height, 1)         /* of the picture, in pixels */                                     \
+    X(uint, grid_side, 1)           /* ism_desc.view_grid_side */                                       \
+    X(uint, guided, 1)              /* not 0: half of the receivers lie near the texel's own place */   \
+    X(uint, by_effect, 1)           /* not 0: effects count; 0: flux alone */                           \
+    X(uint, by_mean, 1)             /* not 0: effects are means; 0: roots of mean squares */            \
+    X(uint, blur_radius, 1)         /* of effects, in texels */                                         \
+    X(uint, seed, 1)                /* of receivers */                                                  \
+    X(float, flux_factor, 1)        /* what makes ism_desc.flux_share of a factor of fluxes */          \
+    X(uint, unused0, 1)
 
 #define GLBK_ISM_BLOCKS(X)                                                                              \
     X(glbk_ism_frame, 0, GLBK_ISM_FRAME_MEMBERS)                                                        \
@@ -980,7 +1002,7 @@ static const struct { char s0[2066]; char end; } glbk__glsl_lib_ism_access_glsl 
     "}\n", 0
 };
 
-static const struct { char s0[1100]; char end; } glbk__glsl_lib_ism_bindings_glsl = {
+static const struct { char s0[1211]; char end; } glbk__glsl_lib_ism_bindings_glsl = {
     "\nuniform usampler2DArray glbk_ism_vpls;\n"
     "uniform usampler2DArray glbk_ism_surfels;\n"
     "uniform usampler2DArray glbk_ism_triangles;\n"
@@ -994,6 +1016,9 @@ static const struct { char s0[1100]; char end; } glbk__glsl_lib_ism_bindings_gls
     "uniform usampler2D glbk_ism_pull3;\n"
     "uniform usampler2DArray glbk_ism_texels;\n"
     "uniform usampler2DArray glbk_ism_drawn;\n"
+    "uniform usampler2DArray glbk_ism_box;\n"
+    "uniform usampler2D glbk_ism_effects;\n"
+    "uniform usampler2D glbk_ism_summed;\n"
     "uniform usampler2D glbk_ism_importances;\n"
     "uniform usampler2D glbk_ism_row_sums0;\n"
     "uniform usampler2D glbk_ism_row_sums1;\n"
@@ -1040,7 +1065,7 @@ static const struct { char s0[753]; char end; } glbk__glsl_lib_ism_blur_glsl = {
     "}\n", 0
 };
 
-static const struct { char s0[273]; char end; } glbk__glsl_lib_ism_choosing_glsl = {
+static const struct { char s0[401]; char end; } glbk__glsl_lib_ism_choosing_glsl = {
     "\nlayout(std140)uniform glbk_ism_choosing_block{\n"
     "mat4 world_to_clip;\n"
     "uint width;\n"
@@ -1053,8 +1078,16 @@ static const struct { char s0[273]; char end; } glbk__glsl_lib_ism_choosing_glsl
     "uint pace;\n"
     "uint value_count;\n"
     "uint first_column;\n"
+    "uint view_width;\n"
+    "uint view_height;\n"
+    "uint grid_side;\n"
+    "uint guided;\n"
+    "uint by_effect;\n"
+    "uint by_mean;\n"
+    "uint blur_radius;\n"
+    "uint seed;\n"
+    "float flux_factor;\n"
     "uint unused0;\n"
-    "uint unused1;\n"
     "}glbk_ism_choosing;\n", 0
 };
 
@@ -1246,6 +1279,17 @@ static const struct { char s0[317]; char end; } glbk__glsl_lib_ism_gbuffer_glsl 
     "}\n", 0
 };
 
+static const struct { char s0[303]; char end; } glbk__glsl_lib_ism_hash_glsl = {
+    "\n\nuint ism_hash32(uint x)\n"
+    "{\n"
+    "uint state=x*747796405u+2891336453u;\n"
+    "uint word=((state>>((state>>28)+4u))^state)*277803737u;\n"
+    "return word>>22^word;\n"
+    "}\n"
+    "\nuint ism_hash_combine(uint a,uint b){return ism_hash32(a+0x9e3779b9u*ism_hash32(b));}\n"
+    "\n\nfloat ism_to_unit(uint bits){return float(bits>>8)*(1./16777216.);}\n", 0
+};
+
 static const struct { char s0[629]; char end; } glbk__glsl_lib_ism_holes_glsl = {
     "\n\n\n\nfloat ism_depth(ivec2 at);\n"
     "\n\n\nbool ism_hole(ism_grid grid,ivec2 at,float c)\n"
@@ -1270,16 +1314,8 @@ static const struct { char s0[629]; char end; } glbk__glsl_lib_ism_holes_glsl = 
     "}\n", 0
 };
 
-static const struct { char s0[1465]; char end; } glbk__glsl_lib_ism_inter_texel_glsl = {
-    "\n\n\n\nbool ism_to_clip(vec3 p,out vec2 at)\n"
-    "{\n"
-    "vec4 c=glbk_ism_choosing.world_to_clip*vec4(p,1.);\n"
-    "bool known=abs(c.w)>1e-20;\n"
-    "at=vec2(.0);\n"
-    "if(known)at=c.xy/c.w;\n"
-    "return known&&abs(at.x)<8.&&abs(at.y)<8.;\n"
-    "}\n"
-    "\n\n\n\n\nvoid ism_inter_texel(ivec2 texel,vec2 fraction,inout vec3 position,inout vec3 normal)\n"
+static const struct { char s0[1267]; char end; } glbk__glsl_lib_ism_inter_texel_glsl = {
+    "\n\n\n\n\n\n\nvoid ism_inter_texel(ivec2 texel,vec2 fraction,inout vec3 position,inout vec3 normal)\n"
     "{\n"
     "vec2 s=fraction-.5,from,to;\n"
     "vec3 p0=position,n0=normal,sum=vec3(.0),mixed=vec3(.0),offsets[4],normals[4];\n"
@@ -1757,7 +1793,7 @@ static const struct { char s0[1790]; char end; } glbk__glsl_lib_ism_push_glsl = 
     "}\n", 0
 };
 
-static const struct { char s0[881]; char end; } glbk__glsl_lib_ism_pvpl_glsl = {
+static const struct { char s0[1079]; char end; } glbk__glsl_lib_ism_pvpl_glsl = {
     "\n\nstruct ism_pvpl{\n"
     "vec3 position,normal,flux;\n"
     "float area;\n"
@@ -1782,18 +1818,39 @@ static const struct { char s0[881]; char end; } glbk__glsl_lib_ism_pvpl_glsl = {
     "p.luminance=.0;\n"
     "if(usable)p.luminance=(flux.x+flux.y+flux.z)*(1./3.);\n"
     "return p;\n"
+    "}\n"
+    "\n\nbool ism_to_clip(vec3 p,out vec2 at)\n"
+    "{\n"
+    "vec4 c=glbk_ism_choosing.world_to_clip*vec4(p,1.);\n"
+    "bool known=abs(c.w)>1e-20;\n"
+    "at=vec2(.0);\n"
+    "if(known)at=c.xy/c.w;\n"
+    "return known&&abs(at.x)<8.&&abs(at.y)<8.;\n"
     "}\n", 0
 };
 
-static const struct { char s0[780]; char end; } glbk__glsl_lib_ism_search_glsl = {
-    "\n\n\n\n\n\nint ism_search_block(usampler2D sums,ivec2 base,ivec2 along,int first,int count,inout float x)\n"
+static const struct { char s0[1089]; char end; } glbk__glsl_lib_ism_search_glsl = {
+    "\n\n\n\nfloat ism_weight(uvec4 sums,float least)\n"
+    "{\n"
+    "vec2 s=uintBitsToFloat(sums.xy);\n"
+    "return s.x+least*s.y;\n"
+    "}\n"
+    "\n\n\nfloat ism_least(uvec4 totals)\n"
+    "{\n"
+    "vec2 s=uintBitsToFloat(totals.xy);\n"
+    "float least=1.;\n"
+    "if(s.x>.0&&s.y>.0)least=s.x/s.y*glbk_ism_choosing.flux_factor;\n"
+    "return least;\n"
+    "}\n"
+    "\n\n\n\n\nint ism_search_block(usampler2D sums,float least,ivec2 base,ivec2 along,int first,int count,\n"
+    "inout float x)\n"
     "{\n"
     "int lo=first,hi=min(first+32,count)-1;\n"
     "float before=.0;\n"
-    "x=min(x,.99999994*uintBitsToFloat(texelFetch(sums,base+along*hi,0).x));\n"
+    "x=min(x,.99999994*ism_weight(texelFetch(sums,base+along*hi,0),least));\n"
     "for(int k=0;k<5;k++){\n"
     "int middle=(lo+hi)>>1;\n"
-    "float sum=uintBitsToFloat(texelFetch(sums,base+along*middle,0).x);\n"
+    "float sum=ism_weight(texelFetch(sums,base+along*middle,0),least);\n"
     "bool past=lo<hi&& !(sum>x);\n"
     "if(past){\n"
     "lo=middle+1;\n"
@@ -1804,13 +1861,13 @@ static const struct { char s0[780]; char end; } glbk__glsl_lib_ism_search_glsl =
     "x-=before;\n"
     "return lo;\n"
     "}\n"
-    "\n\n\nint ism_search(usampler2D sums0,usampler2D sums1,usampler2D sums2,ivec2 base,ivec2 along,int count,\n"
-    "inout float x)\n"
+    "\n\n\nint ism_search(usampler2D sums0,usampler2D sums1,usampler2D sums2,float least,ivec2 base,ivec2 along,\n"
+    "int count,inout float x)\n"
     "{\n"
     "int blocks=(count+31)>>5;\n"
-    "int k=ism_search_block(sums2,base,along,0,(blocks+31)>>5,x);\n"
-    "k=ism_search_block(sums1,base,along,32*k,blocks,x);\n"
-    "return ism_search_block(sums0,base,along,32*k,count,x);\n"
+    "int k=ism_search_block(sums2,least,base,along,0,(blocks+31)>>5,x);\n"
+    "k=ism_search_block(sums1,least,base,along,32*k,blocks,x);\n"
+    "return ism_search_block(sums0,least,base,along,32*k,count,x);\n"
     "}\n", 0
 };
 
@@ -1885,27 +1942,27 @@ static const struct { char s0[453]; char end; } glbk__glsl_prog_ism_blur_frag = 
     "}\n", 0
 };
 
-static const struct { char s0[1557]; char end; } glbk__glsl_prog_ism_choose_frag = {
+static const struct { char s0[1541]; char end; } glbk__glsl_prog_ism_choose_frag = {
     "\n\n\n\n\nlayout(location=0)out uvec4 place;\n"
     "layout(location=1)out uvec4 facing;\n"
     "layout(location=2)out uvec4 power;\n"
-    "\n\nfloat ism_to_unit(uint bits){return float(bits>>8)*(1./16777216.);}\n"
     "\nvoid main()\n"
     "{\n"
     "ivec2 at=ivec2(gl_FragCoord.xy),texel,end=textureSize(glbk_ism_row_sums2,0)-1;\n"
     "uint i=uint(at.y)*256u+uint(at.x),n=glbk_ism_choosing.vpl_count;\n"
     "int width=int(glbk_ism_choosing.width),height=end.y+1;\n"
-    "float total=uintBitsToFloat(texelFetch(glbk_ism_column_sums2,textureSize(glbk_ism_column_sums2,0)-1,0).x);\n"
+    "uvec4 totals=texelFetch(glbk_ism_column_sums2,textureSize(glbk_ism_column_sums2,0)-1,0);\n"
+    "float least=ism_least(totals),total=ism_weight(totals,least);\n"
     "place=facing=power=uvec4(0u);\n"
     "if(i>=n|| !(total>.0))return;\n"
     "float y=fract((float(i)+.5)/float(n)+glbk_ism_choosing.shift)*total;\n"
-    "texel.y=ism_search(glbk_ism_column_sums0,glbk_ism_column_sums1,glbk_ism_column_sums2,ivec2(0),ivec2(0,1),\n"
-    "height,y);\n"
-    "float row=uintBitsToFloat(texelFetch(glbk_ism_row_sums2,ivec2(end.x,texel.y),0).x);\n"
+    "texel.y=ism_search(glbk_ism_column_sums0,glbk_ism_column_sums1,glbk_ism_column_sums2,least,\n"
+    "ivec2(0),ivec2(0,1),height,y);\n"
+    "float row=ism_weight(texelFetch(glbk_ism_row_sums2,ivec2(end.x,texel.y),0),least);\n"
     "float x=ism_to_unit(i*2654435769u+glbk_ism_choosing.shift_bits)*row;\n"
-    "texel.x=ism_search(glbk_ism_row_sums0,glbk_ism_row_sums1,glbk_ism_row_sums2,ivec2(0,texel.y),ivec2(1,0),\n"
-    "width,x);\n"
-    "float weight=uintBitsToFloat(texelFetch(glbk_ism_importances,texel,0).x);\n"
+    "texel.x=ism_search(glbk_ism_row_sums0,glbk_ism_row_sums1,glbk_ism_row_sums2,least,\n"
+    "ivec2(0,texel.y),ivec2(1,0),width,x);\n"
+    "float weight=ism_weight(texelFetch(glbk_ism_importances,texel,0),least);\n"
     "vec2 fraction=min(vec2(x/weight,y/row),vec2(.99999994));\n"
     "float scale=total/(float(n)*weight);\n"
     "ism_pvpl p=ism_read_pvpl(texel);\n"
@@ -1954,6 +2011,107 @@ static const struct { char s0[1148]; char end; } glbk__glsl_prog_ism_edges_frag 
     "else texel=vec4(normal.xyz,.0);\n"
     "if(part==1u&& !black)texel.w=ism_edge(v,place.xyz,normal.xyz,place.w);\n"
     "result=floatBitsToUint(texel);\n"
+    "}\n", 0
+};
+
+static const struct { char s0[2613]; char end; } glbk__glsl_prog_ism_effect_frag = {
+    "\n\n\n\n\n\nlayout(location=0)out uint result;\n"
+    "\n\n\nfloat ism_unit_flux_light(vec3 q,vec3 n,vec3 p,vec3 pn,float extent2)\n"
+    "{\n"
+    "vec3 d=q-p;\n"
+    "float d2=dot(d,d)+1e-4*extent2+1e-30;\n"
+    "float a=max(dot(pn,d),.0),b=max(-dot(n,d),.0);\n"
+    "return a*b/(d2*d2);\n"
+    "}\n"
+    "\n\nint ism_cell(float u,float count){return int(clamp(u*count,.0,count-1.));}\n"
+    "\nfloat ism_effect(ism_pvpl q,uint i,uint seed)\n"
+    "{\n"
+    "uint grid=glbk_ism_choosing.grid_side,count=grid*grid,rank=0u;\n"
+    "vec2 side=vec2(float(glbk_ism_choosing.view_width),float(glbk_ism_choosing.view_height)),clip;\n"
+    "float r0=.05*max(side.x,side.y),reach=side.x+side.y,sum=.0;\n"
+    "uint turn=ism_hash_combine(seed,i*256u+255u);\n"
+    "float even=1./(side.x*side.y),share=float(count/2u)/float(count);\n"
+    "bool known=ism_to_clip(q.position,clip);\n"
+    "bool guided=glbk_ism_choosing.guided!=0u&&known&&side.y>1.&&count>1u&&r0>=1.&&reach>r0;\n"
+    "vec2 centre=(.5*clip+.5)*side;\n"
+    "float inner=1./(1.+2.*cohsm_log(reach/r0));\n"
+    "float norm=inner/(3.14159265*r0*r0);\n"
+    "vec3 lo=uintBitsToFloat(texelFetch(glbk_ism_box,ivec3(0,0,0),0).xyz);\n"
+    "vec3 hi=uintBitsToFloat(texelFetch(glbk_ism_box,ivec3(0,0,1),0).xyz);\n"
+    "float extent2=.0;\n"
+    "if(lo.x<=hi.x)extent2=dot(hi-lo,hi-lo);\n"
+    "for(uint k=0u;k<count;k++){\n"
+    "uint hash=ism_hash_combine(seed,i*256u+k),column=k%grid,row=k/grid;\n"
+    "float u=(float(column)+ism_to_unit(hash))/float(grid);\n"
+    "float v=(float(row)+ism_to_unit(ism_hash32(hash)))/float(grid),density=even;\n"
+    "vec2 at=vec2(u,v)*side;\n"
+    "if(guided&&((column+row)&1u)!=0u){\n"
+    "if((grid&1u)!=0u){\n"
+    "u=(float(rank)+ism_to_unit(hash))/float(count/2u);\n"
+    "v=ism_to_unit(turn+rank*2654435769u);\n"
+    "rank+=1u;\n"
+    "}\n"
+    "float within=r0*sqrt(u/inner);\n"
+    "float beyond=r0*cohsm_exp((u-inner)/(1.-inner)*cohsm_log(reach/r0));\n"
+    "at=centre+cohsm_if(u<inner,within,beyond)*cohsm_sincos(6.28318531*v).yx;\n"
+    "}\n"
+    "vec2 off=at-centre;\n"
+    "float r2=dot(off,off);\n"
+    "if(guided)density=(1.-share)*even+share*norm*min(1.,r0*r0/max(r2,1e-20));\n"
+    "bool inside=at.x>=.0&&at.y>=.0&&at.x<side.x&&at.y<side.y;\n"
+    "glbk_point p;\n"
+    "ivec2 pixel=ivec2(ism_cell(at.x/side.x,side.x),ism_cell(at.y/side.y,side.y));\n"
+    "bool seen=glbk_read_point(pixel,p);\n"
+    "if(inside&&seen&&cohsm_finite3(p.position)&&dot(p.normal,p.normal)>.25){\n"
+    "float e=ism_unit_flux_light(q.position,q.normal,p.position,p.normal,extent2);\n"
+    "if(glbk_ism_choosing.by_mean==0u)e*=e;\n"
+    "sum+=e*(even/density);\n"
+    "}\n"
+    "}\n"
+    "return sum/float(count);\n"
+    "}\n"
+    "\nvoid main()\n"
+    "{\n"
+    "ivec2 at=ivec2(gl_FragCoord.xy);\n"
+    "ism_pvpl q=ism_read_pvpl(at);\n"
+    "int height=int(glbk_ism_choosing.face_height),face=at.y/height;\n"
+    "uint i=uint(at.y-face*height)*glbk_ism_choosing.width+uint(at.x);\n"
+    "float effect=.0;\n"
+    "if(q.luminance>.0)effect=ism_effect(q,i,ism_hash_combine(glbk_ism_choosing.seed,uint(face)));\n"
+    "result=floatBitsToUint(effect);\n"
+    "}\n", 0
+};
+
+static const struct { char s0[874]; char end; } glbk__glsl_prog_ism_extent_frag = {
+    "\n\n\n\n\n#ifndef FROM\n"
+    "#define FROM 0\n"
+    "#endif\n"
+    "layout(location=0)out uvec4 lower;\n"
+    "layout(location=1)out uvec4 upper;\n"
+    "\nvoid main()\n"
+    "{\n"
+    "ivec2 at=ivec2(gl_FragCoord.xy);\n"
+    "vec3 lo=vec3(1e30),hi=vec3(-1e30);\n"
+    "#if FROM == 0\n"
+    "uint count=glbk_ism_choosing.view_width*glbk_ism_choosing.view_height,pace=count/65536u+1u;\n"
+    "for(uint k=0u;k<64u;k++){\n"
+    "uint i=(uint(at.y)*32u+uint(at.x)+1024u*k)*pace;\n"
+    "uint j=min(i,count-1u);\n"
+    "glbk_point p;\n"
+    "bool seen=glbk_read_point(ivec2(j%glbk_ism_choosing.view_width,j/glbk_ism_choosing.view_width),p);\n"
+    "if(seen&&i<count&&cohsm_finite3(p.position)){\n"
+    "lo=min(lo,p.position);\n"
+    "hi=max(hi,p.position);\n"
+    "}\n"
+    "}\n"
+    "#else\n"
+    "for(int k=0;k<32;k++){\n"
+    "lo=min(lo,uintBitsToFloat(texelFetch(glbk_ism_box,ivec3(k,at.x,0),0).xyz));\n"
+    "hi=max(hi,uintBitsToFloat(texelFetch(glbk_ism_box,ivec3(k,at.x,1),0).xyz));\n"
+    "}\n"
+    "#endif\n"
+    "lower=uvec4(floatBitsToUint(lo),0u);\n"
+    "upper=uvec4(floatBitsToUint(hi),0u);\n"
     "}\n", 0
 };
 
@@ -2089,8 +2247,8 @@ static const struct { char s0[304]; char end; } glbk__glsl_prog_ism_resolve_frag
     "}\n", 0
 };
 
-static const struct { char s0[502]; char end; } glbk__glsl_prog_ism_scan_frag = {
-    "\n\n\n\n\n\nlayout(location=0)out uint result;\n"
+static const struct { char s0[510]; char end; } glbk__glsl_prog_ism_scan_frag = {
+    "\n\n\n\n\n\nlayout(location=0)out uvec2 result;\n"
     "\nvoid main()\n"
     "{\n"
     "ivec2 at=ivec2(gl_FragCoord.xy),along=ivec2(1,0);\n"
@@ -2098,9 +2256,9 @@ static const struct { char s0[502]; char end; } glbk__glsl_prog_ism_scan_frag = 
     "int i=at.x*along.x+at.y*along.y;\n"
     "int pace=int(glbk_ism_choosing.pace),last=int(glbk_ism_choosing.value_count)-1;\n"
     "ivec2 base=at-along*i+ivec2(int(glbk_ism_choosing.first_column),0);\n"
-    "float sum=.0;\n"
+    "vec2 sum=vec2(.0);\n"
     "for(int k=i-(i&31);k<=i;k++)\n"
-    "sum+=uintBitsToFloat(texelFetch(glbk_ism_below,base+along*min(pace*k+pace-1,last),0).x);\n"
+    "sum+=uintBitsToFloat(texelFetch(glbk_ism_summed,base+along*min(pace*k+pace-1,last),0).xy);\n"
     "result=floatBitsToUint(sum);\n"
     "}\n", 0
 };
@@ -2373,11 +2531,41 @@ static const struct { char s0[1212]; char end; } glbk__glsl_prog_ism_splat_vert 
     "}\n", 0
 };
 
-static const struct { char s0[129]; char end; } glbk__glsl_prog_ism_weigh_frag = {
-    "\n\n\nlayout(location=0)out uint result;\n"
+static const struct { char s0[1192]; char end; } glbk__glsl_prog_ism_weigh_frag = {
+    "\n\n\n\n\nlayout(location=0)out uvec2 result;\n"
+    "\nfloat ism_effect_at(ivec2 at){return uintBitsToFloat(texelFetch(glbk_ism_effects,at,0).x);}\n"
+    "\nfloat ism_blurred(ivec2 at,ism_pvpl q)\n"
+    "{\n"
+    "int radius=int(glbk_ism_choosing.blur_radius),height=int(glbk_ism_choosing.face_height);\n"
+    "ivec2 lowest=ivec2(0,at.y/height*height);\n"
+    "ivec2 highest=lowest+ivec2(int(glbk_ism_choosing.width),height)-1;\n"
+    "ivec2 from=max(at-radius,lowest),to=min(at+radius,highest);\n"
+    "float sum=.0,weights=.0;\n"
+    "for(int y=from.y;y<=to.y;y++)\n"
+    "for(int x=from.x;x<=to.x;x++){\n"
+    "ism_pvpl o=ism_read_pvpl(ivec2(x,y));\n"
+    "vec3 d=o.position-q.position;\n"
+    "float weight=dot(q.normal,o.normal);\n"
+    "if(o.luminance>.0&&weight>.5&&abs(dot(q.normal,d))<=.3*length(d)){\n"
+    "sum+=weight*ism_effect_at(ivec2(x,y));\n"
+    "weights+=weight;\n"
+    "}\n"
+    "}\n"
+    "float mean=ism_effect_at(at);\n"
+    "if(weights>.0)mean=sum/weights;\n"
+    "return mean;\n"
+    "}\n"
     "\nvoid main()\n"
     "{\n"
-    "result=floatBitsToUint(ism_read_pvpl(ivec2(gl_FragCoord.xy)).luminance);\n"
+    "ivec2 at=ivec2(gl_FragCoord.xy);\n"
+    "ism_pvpl q=ism_read_pvpl(at);\n"
+    "float effect=.0;\n"
+    "if(glbk_ism_choosing.by_effect!=0u&&q.luminance>.0){\n"
+    "if(glbk_ism_choosing.blur_radius==0u)effect=ism_effect_at(at);\n"
+    "else effect=ism_blurred(at,q);\n"
+    "if(glbk_ism_choosing.by_mean==0u)effect=sqrt(effect);\n"
+    "}\n"
+    "result=floatBitsToUint(vec2(q.luminance*effect,q.luminance));\n"
     "}\n", 0
 };
 
@@ -2409,6 +2597,9 @@ static const glbk_file glbk__ism_files[] = {
     { "lib/ism_gbuffer.glsl\0" "cohsm_math ism_bindings gbuffer ism_view" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_ism_gbuffer_glsl },
+    { "lib/ism_hash.glsl\0" "" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_ism_hash_glsl },
     { "lib/ism_holes.glsl\0" "ism_fill ism_frame" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_ism_holes_glsl },
@@ -2427,7 +2618,7 @@ static const glbk_file glbk__ism_files[] = {
     { "lib/ism_pvpl.glsl\0" "cohsm_math ism_bindings ism_choosing" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_ism_pvpl_glsl },
-    { "lib/ism_search.glsl\0" "" "\0" "" "\0"
+    { "lib/ism_search.glsl\0" "ism_bindings ism_choosing" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_ism_search_glsl },
     { "lib/ism_view.glsl\0" "" "\0" "" "\0"
@@ -2439,12 +2630,18 @@ static const glbk_file glbk__ism_files[] = {
     { "prog/ism_blur.frag\0" "ism_blur" "\0" "screen.vert" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_blur_frag },
-    { "prog/ism_choose.frag\0" "ism_search ism_inter_texel ism_choosing" "\0" "screen.vert" "\0"
+    { "prog/ism_choose.frag\0" "ism_search ism_hash ism_inter_texel ism_choosing" "\0" "screen.vert" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_choose_frag },
     { "prog/ism_edges.frag\0" "ism_bindings ism_choosing" "\0" "screen.vert" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_edges_frag },
+    { "prog/ism_effect.frag\0" "ism_pvpl ism_hash gbuffer ism_choosing" "\0" "screen.vert" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_prog_ism_effect_frag },
+    { "prog/ism_extent.frag\0" "cohsm_math ism_bindings gbuffer ism_choosing" "\0" "screen.vert" "\0"
+      "FROM=0 | FROM=1" "\0" "",
+      (const char *)&glbk__glsl_prog_ism_extent_frag },
     { "prog/ism_fill.comp\0" "ism_holes ism_push ism_frame" "\0" "" "\0"
       "ISM_PROJECTION=1 | ISM_PROJECTION=4" "\0" "",
       (const char *)&glbk__glsl_prog_ism_fill_comp },
@@ -2478,7 +2675,7 @@ static const glbk_file glbk__ism_files[] = {
     { "prog/ism_splat.vert\0" "ism_disc ism_frame" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_splat_vert },
-    { "prog/ism_weigh.frag\0" "ism_pvpl" "\0" "screen.vert" "\0"
+    { "prog/ism_weigh.frag\0" "ism_pvpl ism_choosing" "\0" "screen.vert" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_weigh_frag }
 };
@@ -3606,6 +3803,9 @@ enum { GLBK__ISM_BLOCK = 32,        /* values that one block of running sums has
        GLBK__ISM_ROW = 256,         /* VPLs in a row of glbk_ism_choice.drawn */
        GLBK__ISM_WIDEST = 32768 };  /* values that three levels of blocks sum up */
 
+/* Returns whether effects on the picture count in the choice, and not flux alone. */
+static uint32_t glbk__ism_by_effect(const ism_desc *d) { return d->importance != ISM_IMPORTANCE_FLUX; }
+
 static uint32_t glbk__ism_blocks(uint32_t count) { return (count + GLBK__ISM_BLOCK - 1) / GLBK__ISM_BLOCK; }
 
 /* Returns how many rows all faces of a source have. */
@@ -3624,9 +3824,18 @@ static glbk_result glbk__ism_check_choice_desc(const glbk_context *ctx, const ch
     if ((double)d->height * d->face_count > most)
         return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, function, "desc.height times desc.face_count",
                                   (double)d->height * d->face_count, 1, most);
-    if (maps->importance == ISM_IMPORTANCE_FLUX) return GLBK_OK;
-    return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "maps->desc.importance", (double)maps->importance,
-                              "ISM_IMPORTANCE_FLUX");
+    if ((unsigned)maps->importance >= ISM_IMPORTANCE_COUNT)
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "maps->desc.importance",
+                                  (double)maps->importance, "a value of ism_importance");
+    if (maps->view_grid_side > 16)
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "maps->desc.view_grid_side",
+                                  maps->view_grid_side, "0 or 1..16");
+    if (maps->blur_radius > 16)
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "maps->desc.blur_radius", maps->blur_radius,
+                                  "16 at most");
+    if (maps->flux_share >= 0 && maps->flux_share <= 1) return GLBK_OK;
+    return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "maps->desc.flux_share", (double)maps->flux_share,
+                              "0..1");
 }
 
 /* Makes one level of running sums after the other. */
@@ -3636,49 +3845,81 @@ static glbk_result glbk__ism_create_sums(glbk_context *ctx, uint32_t width, uint
     glbk_result result = GLBK_OK;
     uint32_t k;
     for (k = 0; k < GLBK_ISM_SUM_LEVELS && result == GLBK_OK; k++) {
-        result = glbk__canvas(ctx, GLBK_FORMAT_R32UI, width, height, NULL, &textures[k], &targets[k]);
+        result = glbk__canvas(ctx, GLBK_FORMAT_RG32UI, width, height, NULL, &textures[k], &targets[k]);
         if (columns) height = glbk__ism_blocks(height);
         else width = glbk__ism_blocks(width);
     }
     return result;
 }
 
-/* Makes the pictures of VPLs, and the target by which the table of maps is drawn. */
-static glbk_result glbk__ism_create_drawn(glbk_context *ctx, const glbk_ism_maps *m, glbk_ism_choice *c)
+/* Makes an RGBA32UI texture of some layers, and a target of all of them. */
+static glbk_result glbk__ism_create_layers(glbk_context *ctx, uint32_t width, uint32_t height,
+                                           uint32_t layers, glbk_texture *texture, glbk_target *target)
 {
     glbk_texture_desc d;
     glbk_target_desc t;
     glbk_result result;
     uint32_t k;
     memset(&d, 0, sizeof d);
-    d.format = GLBK_FORMAT_RGBA32UI;
-    d.width = GLBK__ISM_ROW;
-    d.height = (m->desc.vpl_count + GLBK__ISM_ROW - 1) / GLBK__ISM_ROW;
-    d.layers = 3;
-    result = glbk_texture_create(ctx, &d, &c->drawn);
-    if (result != GLBK_OK) return result;
     memset(&t, 0, sizeof t);
-    for (k = 0; k < 3; k++) {
-        t.color[k] = &c->drawn;
+    d.format = GLBK_FORMAT_RGBA32UI;
+    d.width = width;
+    d.height = height;
+    d.layers = layers;
+    result = glbk_texture_create(ctx, &d, texture);
+    if (result != GLBK_OK) return result;
+    for (k = 0; k < layers; k++) {
+        t.color[k] = texture;
         t.layer[k] = k;
     }
-    result = glbk__target_create(ctx, &t, &c->drawn_target);
+    return glbk__target_create(ctx, &t, target);
+}
+
+/* Makes the pictures of VPLs, and the target by which the table of maps is drawn. */
+static glbk_result glbk__ism_create_drawn(glbk_context *ctx, const glbk_ism_maps *m, glbk_ism_choice *c)
+{
+    const uint32_t rows = (m->desc.vpl_count + GLBK__ISM_ROW - 1) / GLBK__ISM_ROW;
+    glbk_target_desc t;
+    const glbk_result result = glbk__ism_create_layers(ctx, GLBK__ISM_ROW, rows, 3, &c->drawn,
+                                                       &c->drawn_target);
     if (result != GLBK_OK) return result;
     memset(&t, 0, sizeof t);
     t.color[0] = &m->vpls;
     return glbk__target_create(ctx, &t, &c->table_target);
 }
 
+/* Makes what effects on the picture need. By flux alone there is one texel, which nobody reads. */
+static glbk_result glbk__ism_create_effects(glbk_context *ctx, uint32_t by_effect, glbk_ism_choice *c)
+{
+    const glbk_part *part = glbk_ism_part();
+    const uint32_t width = by_effect ? c->desc.width : 1;
+    const uint32_t rows = by_effect ? glbk__ism_source_rows(&c->desc) : 1;
+    glbk_result result = glbk__canvas(ctx, GLBK_FORMAT_R32UI, width, rows, NULL, &c->effects,
+                                      &c->effect_target);
+    uint32_t k;
+    if (!by_effect) return result;
+    for (k = 0; k < 3 && result == GLBK_OK; k++)
+        result = glbk__ism_create_layers(ctx, k < 2 ? GLBK__ISM_BLOCK : 1, k < 1 ? GLBK__ISM_BLOCK : 1, 2,
+                                         &c->boxes[k], &c->box_targets[k]);
+    if (result == GLBK_OK)
+        result = glbk__gbuffer_program(ctx, part, "ism_extent.frag", "FROM=0", &c->extent[0]);
+    if (result == GLBK_OK)
+        result = glbk__gbuffer_program(ctx, part, "ism_extent.frag", "FROM=1", &c->extent[1]);
+    if (result != GLBK_OK) return result;
+    return glbk__gbuffer_program(ctx, part, "ism_effect.frag", NULL, &c->effect);
+}
+
 static glbk_result glbk__ism_create_choice(glbk_context *ctx, const glbk_ism_maps *m, glbk_ism_choice *c)
 {
     const glbk_part *part = glbk_ism_part();
     const uint32_t width = c->desc.width, rows = glbk__ism_source_rows(&c->desc);
-    glbk_result result = glbk__canvas(ctx, GLBK_FORMAT_R32UI, width, rows, NULL, &c->importances,
+    glbk_result result = glbk__canvas(ctx, GLBK_FORMAT_RG32UI, width, rows, NULL, &c->importances,
                                       &c->importance_target);
     if (result == GLBK_OK)
         result = glbk__ism_create_sums(ctx, width, rows, 0, c->row_sums, c->row_targets);
     if (result == GLBK_OK)
         result = glbk__ism_create_sums(ctx, 1, rows, 1, c->column_sums, c->column_targets);
+    if (result == GLBK_OK) result = glbk__ism_create_effects(ctx, glbk__ism_by_effect(&m->desc), c);
     if (result == GLBK_OK) result = glbk__ism_create_drawn(ctx, m, c);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_ism_choosing), NULL, &c->block);
     if (result == GLBK_OK) result = glbk__program_create(ctx, part, "ism_weigh.frag", NULL, &c->weigh);
@@ -3710,6 +3951,24 @@ GLBK_DEF glbk_result glbk_ism_choice_create(glbk_context *ctx, const glbk_ism_ma
     return result;
 }
 
+/* Sets how effects on the picture are weighed, as ism_choose does. */
+static void glbk__ism_weighing_of(const glbk_ism_choice *c, const ism_desc *maps, const glbk_gbuffer *seen,
+                                  glbk_ism_choosing *b)
+{
+    const uint32_t side = c->desc.width < c->desc.height ? c->desc.width : c->desc.height;
+    const double share = maps->flux_share > 0 ? (double)maps->flux_share : (double)0.1f;
+    uint32_t radius = maps->blur_radius > 0 ? (uint32_t)maps->blur_radius : 0;
+    if (!maps->blur_radius) radius = side < 120 ? (uint32_t)(0.05f * (float)side) : 6;
+    b->view_width = seen->width;
+    b->view_height = seen->height;
+    b->grid_side = maps->view_grid_side ? maps->view_grid_side : 4;
+    b->guided = maps->importance != ISM_IMPORTANCE_BRSM && maps->importance != ISM_IMPORTANCE_BRSM_MEAN;
+    b->by_mean = maps->importance == ISM_IMPORTANCE_BRSM_MEAN ||
+                 maps->importance == ISM_IMPORTANCE_GUIDED_MEAN;
+    b->blur_radius = c->desc.scattered ? 0 : radius;
+    b->flux_factor = (float)(share / (1.0 - 0.999 * share));
+}
+
 /* Returns the values of the block that all passes of a frame have in common. The random numbers are those of
    ism_choose. */
 static glbk_ism_choosing glbk__ism_choosing_of(const glbk_ism_choice *c, const ism_desc *maps,
@@ -3725,6 +3984,9 @@ static glbk_ism_choosing glbk__ism_choosing_of(const glbk_ism_choice *c, const i
     b.inter_texel = !maps->no_inter_texel && !c->desc.scattered;
     if (maps->unstable) b.shift = glbk_ism__to_unit(glbk_ism__hash_combine(key, 11));
     b.shift_bits = glbk_ism__hash_combine(key, 12);
+    b.seed = key;
+    b.by_effect = glbk__ism_by_effect(maps);
+    if (b.by_effect) glbk__ism_weighing_of(c, maps, seen, &b);
     return b;
 }
 
@@ -3761,7 +4023,7 @@ static glbk_result glbk__ism_scan(glbk_context *ctx, glbk_ism_choice *c, glbk_is
     for (k = 0; k < GLBK_ISM_SUM_LEVELS && result == GLBK_OK; k++) {
         result = glbk__ism_begin_choice(ctx, c, &targets[k], &c->scan, b);
         if (result != GLBK_OK) return result;
-        glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_below, from);
+        glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_summed, from);
         glbk_draw_screen(ctx);
         if (k) b->value_count = glbk__ism_blocks(b->value_count);
         b->pace = GLBK__ISM_BLOCK;
@@ -3769,6 +4031,28 @@ static glbk_result glbk__ism_scan(glbk_context *ctx, glbk_ism_choice *c, glbk_is
         from = &sums[k];
     }
     return result;
+}
+
+/* Draws the box of the receivers, and then the effects of all texels on them. */
+static glbk_result glbk__ism_draw_effects(glbk_context *ctx, glbk_ism_choice *c, const glbk_texture *texels,
+                                          const glbk_gbuffer *seen, const glbk_ism_choosing *b)
+{
+    glbk_result result;
+    uint32_t k;
+    for (k = 0; k < 3; k++) {
+        result = glbk__ism_begin_choice(ctx, c, &c->box_targets[k], &c->extent[k > 0], b);
+        if (result != GLBK_OK) return result;
+        if (k) glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_box, &c->boxes[k - 1]);
+        else (void)glbk_gbuffer_bind(ctx, seen, NULL);      /* The caller has checked it. */
+        glbk_draw_screen(ctx);
+    }
+    result = glbk__ism_begin_choice(ctx, c, &c->effect_target, &c->effect, b);
+    if (result != GLBK_OK) return result;
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_texels, texels);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_box, &c->boxes[2]);
+    (void)glbk_gbuffer_bind(ctx, seen, NULL);
+    glbk_draw_screen(ctx);
+    return GLBK_OK;
 }
 
 /* Draws the VPLs from the sums, and then the table of VPLs. */
@@ -3826,10 +4110,16 @@ GLBK_DEF glbk_result glbk_ism_choose(glbk_context *ctx, glbk_ism_choice *c, glbk
     if (!ctx) return GLBK_ERR_ARGUMENT;
     result = glbk__ism_check_choose(ctx, __func__, c, m, texels);
     if (result != GLBK_OK) return result;
+    if (glbk__ism_by_effect(&m->desc))
+        result = glbk__require_created(ctx, __func__, "seen", seen ? &seen->colors.name : NULL);
+    if (result != GLBK_OK) return result;
     b = glbk__ism_choosing_of(c, &m->desc, seen, index);
+    if (b.by_effect) result = glbk__ism_draw_effects(ctx, c, texels, seen, &b);
+    if (result != GLBK_OK) return result;
     result = glbk__ism_begin_choice(ctx, c, &c->importance_target, &c->weigh, &b);
     if (result != GLBK_OK) return result;
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_texels, texels);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_effects, &c->effects);
     glbk_draw_screen(ctx);
     result = glbk__ism_scan(ctx, c, &b, &c->importances, c->desc.width, 0);
     if (result == GLBK_OK)
@@ -3853,6 +4143,15 @@ GLBK_DEF void glbk_ism_choice_free(glbk_context *ctx, glbk_ism_choice *c)
         glbk_texture_free(ctx, &c->row_sums[k]);
         glbk_texture_free(ctx, &c->column_sums[k]);
     }
+    for (k = 0; k < 3; k++) {
+        glbk_target_free(ctx, &c->box_targets[k]);
+        glbk_texture_free(ctx, &c->boxes[k]);
+    }
+    glbk_target_free(ctx, &c->effect_target);
+    glbk_texture_free(ctx, &c->effects);
+    glbk_program_free(ctx, &c->extent[0]);
+    glbk_program_free(ctx, &c->extent[1]);
+    glbk_program_free(ctx, &c->effect);
     glbk_target_free(ctx, &c->importance_target);
     glbk_target_free(ctx, &c->drawn_target);
     glbk_target_free(ctx, &c->table_target);

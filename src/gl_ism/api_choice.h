@@ -14,17 +14,23 @@ typedef struct glbk_ism_choice_desc {   /* zero it, then set what you care about
 typedef struct glbk_ism_choice {        /* what glbk_ism_choose needs; read only; zeroed = none */
     glbk_ism_choice_desc desc;          /* with its defaults */
     uint32_t     table;                 /* GL's name of the table of VPLs that is drawn to */
-    glbk_texture importances;           /* of all texels, face above face; R32UI, bits of floats, as sums */
+    glbk_texture boxes[3];              /* of the receivers: 1024, 32, one; two layers have two corners */
+    glbk_texture effects;               /* of all texels on the picture, face above face; R32UI, bits */
+    glbk_texture importances;           /* flux times effect, and flux; RG32UI, bits of floats, as sums */
     glbk_texture row_sums[GLBK_ISM_SUM_LEVELS];     /* running sums along rows: of each block of 32 texels, of
                                                        each block of 32 blocks, of all of these */
     glbk_texture column_sums[GLBK_ISM_SUM_LEVELS];  /* the same of whole rows, one texel wide */
     glbk_texture drawn;                 /* VPLs, 256 a row: place and area; normal; flux */
+    glbk_target  box_targets[3];        /* of boxes */
+    glbk_target  effect_target;         /* of effects */
     glbk_target  importance_target;     /* of importances */
     glbk_target  row_targets[GLBK_ISM_SUM_LEVELS];
     glbk_target  column_targets[GLBK_ISM_SUM_LEVELS];
     glbk_target  drawn_target;          /* of drawn */
     glbk_target  table_target;          /* of the table */
     glbk_buffer  block;                 /* the uniform block */
+    glbk_program extent[2];             /* draw boxes, the first time and later */
+    glbk_program effect;                /* draws effects */
     glbk_program weigh;                 /* draws importances */
     glbk_program scan;                  /* draws running sums */
     glbk_program choose;                /* draws VPLs */
@@ -34,13 +40,13 @@ typedef struct glbk_ism_choice {        /* what glbk_ism_choose needs; read only
 GLBK_DEF glbk_result glbk_ism_choice_create(glbk_context *ctx, const glbk_ism_maps *maps,
                                             const glbk_ism_choice_desc *desc, glbk_ism_choice *out);
 /* Makes what chooses the VPLs of maps, which must outlive it; glbk_ism_choice_free takes it back.
-   maps     whose desc says how VPLs are chosen: vpl_count, importance, no_inter_texel, unstable and seed
-            count
+   maps     whose desc says how VPLs are chosen: vpl_count, importance, view_grid_side, blur_radius,
+            flux_share, no_inter_texel, unstable and seed count
    out      zeroed on errors
-   Memory   on the GPU: 8.3 bytes for each texel of the source, and 48 for each VPL
+   Memory   on the GPU: 20.5 bytes for each texel of the source (by flux 16.5), and 48 for each VPL
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or maps were not created. GLBK_ERR_DESC: a field is out of
-            range, or maps->desc.importance is not ISM_IMPORTANCE_FLUX. GLBK_ERR_LIMIT: width, or the rows of
-            all faces, are above ctx->max_side or 32768. Those of programs, textures and targets */
+            range, also of maps->desc. GLBK_ERR_LIMIT: width, or the rows of all faces, are above
+            ctx->max_side or 32768. Those of programs, textures and targets */
 
 GLBK_DEF glbk_result glbk_ism_choose(glbk_context *ctx, glbk_ism_choice *choice, glbk_ism_maps *maps,
                                      const glbk_texture *texels, const glbk_gbuffer *seen, uint32_t index);
@@ -53,13 +59,15 @@ GLBK_DEF glbk_result glbk_ism_choose(glbk_context *ctx, glbk_ism_choice *choice,
             flux of the channels in W, and area in m^2 (what ism_source says of them). glbk_rsm_map.texels are
             such. A texel whose flux is not 0..1e30, whose place is not finite or whose normal is not unit is
             never chosen
-   seen     what the camera sees, for its matrix alone: it tells how far VPLs may move between texels. NULL,
-            or a G-buffer without the matrix: they move as if all was seen from afar
+   seen     what the camera sees: the receivers, and the matrix that says which of them lie near a texel and
+            how far VPLs may move between texels. Without the matrix nothing is guided and VPLs move as if
+            all was seen from afar. May be NULL with ISM_IMPORTANCE_FLUX
    index    number of the frame; counts if maps->desc.unstable is set
-   Cost     35 texels read for each texel of the source; each VPL looks at all others
-   Errors   GLBK_ERR_ARGUMENT: a pointer but seen is NULL, or an object was not created. GLBK_ERR_MISMATCH:
-            maps are not those that the choice was made for, or texels have another size, format or number of
-            layers. GLBK_ERR_LOST */
+   Cost     for each texel of the source 35 texels read by flux; else besides view_grid_side^2 receivers, and
+            three texels for each that its blur reaches, 169 by default. Each VPL looks at all others
+   Errors   GLBK_ERR_ARGUMENT: a pointer that must be given is NULL, or an object was not created.
+            GLBK_ERR_MISMATCH: maps are not those that the choice was made for, or texels have another size,
+            format or number of layers. GLBK_ERR_LOST */
 
 GLBK_DEF void glbk_ism_choice_free(glbk_context *ctx, glbk_ism_choice *choice);
 /* Frees what glbk_ism_choice_create made, and zeroes the struct. NULL and a zeroed choice are allowed. */

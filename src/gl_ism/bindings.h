@@ -19,7 +19,10 @@
 #define GLBK_ISM_CHOICE_TEXTURES(X)                                                                     \
     X(usampler2DArray, glbk_ism_texels, 0)      /* layers 3 face + 0 place, 1 normal, 2 flux */         \
     X(usampler2DArray, glbk_ism_drawn, 1)       /* VPLs: place, normal, flux */                         \
-    X(usampler2D, glbk_ism_importances, 1)                                                              \
+    X(usampler2DArray, glbk_ism_box, 1)         /* of the receivers: lower and upper corner */          \
+    X(usampler2D, glbk_ism_effects, 1)          /* of texels on the picture */                          \
+    X(usampler2D, glbk_ism_summed, 1)           /* values of running sums */                            \
+    X(usampler2D, glbk_ism_importances, 1)      /* flux times effect, flux */                           \
     X(usampler2D, glbk_ism_row_sums0, 2)        /* running sums of importances along rows */            \
     X(usampler2D, glbk_ism_row_sums1, 3)        /* and of their blocks of 32 */                         \
     X(usampler2D, glbk_ism_row_sums2, 4)        /* and of blocks of these */                            \
@@ -74,8 +77,16 @@
     X(uint, pace, 1)                /* of running sums: values from one that counts to the next */      \
     X(uint, value_count, 1)         /* of running sums: values in a row or column */                    \
     X(uint, first_column, 1)        /* of running sums along columns: where they are read */            \
-    X(uint, unused0, 1)                                                                                 \
-    X(uint, unused1, 1)
+    X(uint, view_width, 1)          /* of the picture, in pixels */                                     \
+    X(uint, view_height, 1)         /* of the picture, in pixels */                                     \
+    X(uint, grid_side, 1)           /* ism_desc.view_grid_side */                                       \
+    X(uint, guided, 1)              /* not 0: half of the receivers lie near the texel's own place */   \
+    X(uint, by_effect, 1)           /* not 0: effects count; 0: flux alone */                           \
+    X(uint, by_mean, 1)             /* not 0: effects are means; 0: roots of mean squares */            \
+    X(uint, blur_radius, 1)         /* of effects, in texels */                                         \
+    X(uint, seed, 1)                /* of receivers */                                                  \
+    X(float, flux_factor, 1)        /* what makes ism_desc.flux_share of a factor of fluxes */          \
+    X(uint, unused0, 1)
 
 #define GLBK_ISM_BLOCKS(X)                                                                              \
     X(glbk_ism_frame, 0, GLBK_ISM_FRAME_MEMBERS)                                                        \

@@ -1,31 +1,29 @@
 // Draws VPLs from the importances (paper 4.1): VPL i where the running sum of all rows reaches (i + 0.5) / N of
 // the whole, in its row by a golden ratio sequence. One whose importances are all 0 is black. Three pictures,
 // 256 VPLs a row: place and area; normal, 0 0 0 of black ones; flux.
-// uses: ism_search ism_inter_texel
+// uses: ism_search ism_hash ism_inter_texel
 // with: screen.vert
 layout(location = 0) out uvec4 place;
 layout(location = 1) out uvec4 facing;
 layout(location = 2) out uvec4 power;
-
-// Returns the upper 24 bits as a number in [0, 1).
-float ism_to_unit(uint bits) { return float(bits >> 8) * (1.0 / 16777216.0); }
 
 void main()
 {
     ivec2 at = ivec2(gl_FragCoord.xy), texel, end = textureSize(glbk_ism_row_sums2, 0) - 1;
     uint i = uint(at.y) * 256u + uint(at.x), n = glbk_ism_choosing.vpl_count;
     int width = int(glbk_ism_choosing.width), height = end.y + 1;
-    float total = uintBitsToFloat(texelFetch(glbk_ism_column_sums2, textureSize(glbk_ism_column_sums2, 0) - 1, 0).x);
+    uvec4 totals = texelFetch(glbk_ism_column_sums2, textureSize(glbk_ism_column_sums2, 0) - 1, 0);
+    float least = ism_least(totals), total = ism_weight(totals, least);
     place = facing = power = uvec4(0u);
     if (i >= n || !(total > 0.0)) return;
     float y = fract((float(i) + 0.5) / float(n) + glbk_ism_choosing.shift) * total;
-    texel.y = ism_search(glbk_ism_column_sums0, glbk_ism_column_sums1, glbk_ism_column_sums2, ivec2(0), ivec2(0, 1),
-                         height, y);
-    float row = uintBitsToFloat(texelFetch(glbk_ism_row_sums2, ivec2(end.x, texel.y), 0).x);
+    texel.y = ism_search(glbk_ism_column_sums0, glbk_ism_column_sums1, glbk_ism_column_sums2, least,
+                         ivec2(0), ivec2(0, 1), height, y);
+    float row = ism_weight(texelFetch(glbk_ism_row_sums2, ivec2(end.x, texel.y), 0), least);
     float x = ism_to_unit(i * 2654435769u + glbk_ism_choosing.shift_bits) * row;
-    texel.x = ism_search(glbk_ism_row_sums0, glbk_ism_row_sums1, glbk_ism_row_sums2, ivec2(0, texel.y), ivec2(1, 0),
-                         width, x);
-    float weight = uintBitsToFloat(texelFetch(glbk_ism_importances, texel, 0).x);
+    texel.x = ism_search(glbk_ism_row_sums0, glbk_ism_row_sums1, glbk_ism_row_sums2, least,
+                         ivec2(0, texel.y), ivec2(1, 0), width, x);
+    float weight = ism_weight(texelFetch(glbk_ism_importances, texel, 0), least);
     vec2 fraction = min(vec2(x / weight, y / row), vec2(0.99999994));
     float scale = total / (float(n) * weight);          // 1 over N and the probability
     ism_pvpl p = ism_read_pvpl(texel);

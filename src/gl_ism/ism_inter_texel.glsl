@@ -1,16 +1,6 @@
 // ism_inter_texel - moves a VPL between the texels of its source (paper 6.5).
 // uses: ism_pvpl
 
-// Finds where a place lies in clip space. Returns false if that is at infinity, far outside, or unknown.
-bool ism_to_clip(vec3 p, out vec2 at)
-{
-    vec4 c = glbk_ism_choosing.world_to_clip * vec4(p, 1.0);
-    bool known = abs(c.w) > 1e-20;
-    at = vec2(0.0);
-    if (known) at = c.xy / c.w;
-    return known && abs(at.x) < 8.0 && abs(at.y) < 8.0;
-}
-
 // Moves place and normal of the VPL at (texel + fraction) to a mixture of the four texels about it, those
 // that lie on one surface. If the surface is curved, their chord may run behind it, and a VPL there would
 // light a sheet's back: the VPL lies on the chord or on the mean of the four tangent planes, whichever is

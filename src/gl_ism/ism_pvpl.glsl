@@ -29,3 +29,13 @@ ism_pvpl ism_read_pvpl(ivec2 at)
     if (usable) p.luminance = (flux.x + flux.y + flux.z) * (1.0 / 3.0);
     return p;
 }
+
+// Finds where a place lies in clip space. Returns false if that is at infinity, far outside, or unknown.
+bool ism_to_clip(vec3 p, out vec2 at)
+{
+    vec4 c = glbk_ism_choosing.world_to_clip * vec4(p, 1.0);
+    bool known = abs(c.w) > 1e-20;
+    at = vec2(0.0);
+    if (known) at = c.xy / c.w;
+    return known && abs(at.x) < 8.0 && abs(at.y) < 8.0;
+}

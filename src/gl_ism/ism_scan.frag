@@ -1,10 +1,10 @@
-// Draws running sums of floats along rows or columns, each within its block of 32 values. Values are what is
+// Draws running sums of pairs of floats along rows or columns, each within its block of 32 values. Values are what is
 // bound, or the last sum of each block of the level before, which is the block's total: three levels give
 // the prefix sums of 32,768 values (paper 4.1). Each sum is added up from the block's beginning on, in the
 // same order everywhere, so that sums never fall and all drivers agree.
 // uses: ism_bindings
 // with: screen.vert
-layout(location = 0) out uint result;
+layout(location = 0) out uvec2 result;
 
 void main()
 {
@@ -13,8 +13,8 @@ void main()
     int i = at.x * along.x + at.y * along.y;
     int pace = int(glbk_ism_choosing.pace), last = int(glbk_ism_choosing.value_count) - 1;
     ivec2 base = at - along * i + ivec2(int(glbk_ism_choosing.first_column), 0);
-    float sum = 0.0;
+    vec2 sum = vec2(0.0);
     for (int k = i - (i & 31); k <= i; k++)
-        sum += uintBitsToFloat(texelFetch(glbk_ism_below, base + along * min(pace * k + pace - 1, last), 0).x);
+        sum += uintBitsToFloat(texelFetch(glbk_ism_summed, base + along * min(pace * k + pace - 1, last), 0).xy);
     result = floatBitsToUint(sum);
 }

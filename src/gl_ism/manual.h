@@ -122,7 +122,9 @@
      section 3.3  points drawn into maps         ism_place_surfel   ism__draw_points    T48 T50
      section 3.3  pull and push                  ism_pull           ism__pull           T49
      section 3.3  depths of texels in holes      ism_filled         ism__fill           T49
-     section 3.2  importance by flux             ism_read_pvpl      ism__add_shares     T41
+     section 3.2  importance by flux             ism_weight         ism__add_shares     T41
+     section 4    importance by few receivers    ism_effect         ism__estimate_effect  T41
+     section 4.2  receivers near the texel       ism_effect         ism__to_pixel       T41
      section 4    flux over N and probability    glbk_ism_choose    ism__make_vpl       T41
      section 4.1  prefix sums, VPL i at i / N    ism_search         ism__draw_vpl       T15 T16
      section 5.3  phases of surfels              glbk_ism_draw      ism_phase_surfels   T57
@@ -130,6 +132,7 @@
      section 6.2  subsets of VPLs                ism_light          ism__shade_pixel    -
      section 6.2  blur along surfaces            ism_smooth         ism__smooth_pixel   -
      section 6.4  dithered opacity               ism_dither         ism__dither         T58
+     section 6.5  blur of the BRSM               ism_blurred        ism__blur_task      T41
      section 6.5  VPLs between texels            ism_inter_texel    ism__inter_texel    T55
      -            light close to a VPL           ism_patch_kernel   ism__patch_kernel   T42 T43 T44
      -            near points                    ism_gather         ism_near_points     -

@@ -137,8 +137,8 @@ static void chosen_free(gl_test *t, chosen *c)
     glbk_ism_maps_free(&t->gl, &c->maps);
 }
 
-/* The floats that a picture of R32UI holds as bits. */
-static float *read_bits(gl_test *t, const glbk_target *target, uint32_t width, uint32_t height)
+/* The floats of a channel that a picture holds as bits. */
+static float *read_bits(gl_test *t, const glbk_target *target, uint32_t width, uint32_t height, size_t channel)
 {
     const size_t count = (size_t)width * height;
     uint32_t *words = (uint32_t *)malloc(16 * count);
@@ -147,7 +147,7 @@ static float *read_bits(gl_test *t, const glbk_target *target, uint32_t width, u
     assert_non_null(words);
     assert_non_null(out);
     assert_glbk(t, glbk_target_read(&t->gl, target, 0, 0, 0, width, height, words));
-    for (i = 0; i < count; i++) memcpy(out + i, words + 4 * i, 4);
+    for (i = 0; i < count; i++) memcpy(out + i, words + 4 * i + channel, 4);
     free(words);
     return out;
 }
@@ -184,8 +184,8 @@ static double all_sums_off(gl_test *t, const lit *l, const glbk_ism_choice *c, d
     assert_non_null(values);
     assert_non_null(sums);
     for (k = 0; k < 3; k++) {
-        along[k] = read_bits(t, &c->row_targets[k], c->row_sums[k].width, rows);
-        down[k] = read_bits(t, &c->column_targets[k], 1, c->column_sums[k].height);
+        along[k] = read_bits(t, &c->row_targets[k], c->row_sums[k].width, rows, 1);
+        down[k] = read_bits(t, &c->column_targets[k], 1, c->column_sums[k].height, 1);
     }
     for (y = 0; y < rows; y++) {
         const uint32_t stride[3] = { 1, 1, 1 };
@@ -264,7 +264,7 @@ static double distance_of(const float *a, const float *b)
 }
 
 /* How near the numbers by which VPL i is chosen lie to a step of a CDF of exact sums, as a share of the whole. */
-static double nearest_step(const lit *l, const ism_desc *d, uint32_t i, uint32_t index)
+static double nearest_step(const lit *l, const float *weights, const ism_desc *d, uint32_t i, uint32_t index)
 {
     const uint32_t rows = l->height * l->faces, key = d->unstable ? ism__hash_combine(d->seed, index) : d->seed;
     double total = 0, before = 0, nearest = 1, u = ((double)i + 0.5) / (double)d->vpl_count, sum = 0, v;
@@ -272,12 +272,12 @@ static double nearest_step(const lit *l, const ism_desc *d, uint32_t i, uint32_t
     double row_total = 0;
     const double count = (double)l->width * rows;
     size_t k;
-    for (k = 0; k < (size_t)count; k++) total += (double)ism__luminance(l->flux + 3 * k);
+    for (k = 0; k < (size_t)count; k++) total += (double)weights[k];
     if (d->unstable) u += (double)ism__to_unit(ism__hash_combine(key, 11));
     u -= floor(u);
     for (y = 0; y < rows; y++) {
         double own = 0;
-        for (x = 0; x < l->width; x++) own += (double)ism__luminance(l->flux + 3 * ((size_t)y * l->width + x));
+        for (x = 0; x < l->width; x++) own += (double)weights[(size_t)y * l->width + x];
         nearest = fmin(nearest, fabs(before / total - u));
         if (before <= u * total) {
             row = y;
@@ -288,9 +288,78 @@ static double nearest_step(const lit *l, const ism_desc *d, uint32_t i, uint32_t
     v = (double)ism__to_unit(i * 2654435769u + ism__hash_combine(key, 12));
     for (x = 0; x < l->width; x++) {
         nearest = fmin(nearest, fabs(sum / row_total - v));
-        sum += (double)ism__luminance(l->flux + 3 * ((size_t)row * l->width + x));
+        sum += (double)weights[(size_t)row * l->width + x];
     }
     return nearest;
+}
+
+/* The importances that the passes drew, for whose factor of fluxes a test has to do the sums of both channels. */
+static float *read_importances(gl_test *t, const lit *l, const chosen *c)
+{
+    const uint32_t rows = l->height * l->faces;
+    const double share = c->desc.flux_share > 0 ? (double)c->desc.flux_share : 0.1;
+    float *effects = read_bits(t, &c->choice.importance_target, l->width, rows, 0);
+    float *fluxes = read_bits(t, &c->choice.importance_target, l->width, rows, 1);
+    double effect = 0, flux = 0, least = 1;
+    size_t i, count = (size_t)l->width * rows;
+    for (i = 0; i < count; i++) {
+        effect += (double)effects[i];
+        flux += (double)fluxes[i];
+    }
+    if (effect > 0) least = effect / flux * share / (1 - 0.999 * share);
+    for (i = 0; i < count; i++) effects[i] += (float)(least * (double)fluxes[i]);
+    free(fluxes);
+    return effects;
+}
+
+/* By how much steps of the CDF of rows, and of those within rows, differ between two sets of importances. */
+static double steps_differ(const lit *l, const float *a, const float *b)
+{
+    const size_t rows = (size_t)l->height * l->faces;
+    double total[2] = { 0, 0 }, before[2] = { 0, 0 }, worst = 0;
+    size_t x, y, i;
+    for (i = 0; i < rows * l->width; i++) {
+        total[0] += (double)a[i];
+        total[1] += (double)b[i];
+    }
+    for (y = 0; y < rows; y++) {
+        double row[2] = { 0, 0 }, sum[2] = { 0, 0 };
+        for (x = 0; x < l->width; x++) {
+            row[0] += (double)a[y * l->width + x];
+            row[1] += (double)b[y * l->width + x];
+        }
+        for (x = 0; x < l->width && row[0] > 0; x++) {
+            sum[0] += (double)a[y * l->width + x];
+            sum[1] += (double)b[y * l->width + x];
+            worst = fmax(worst, fabs(sum[0] / row[0] - sum[1] / row[1]));
+        }
+        before[0] += row[0];
+        before[1] += row[1];
+        worst = fmax(worst, fabs(before[0] / total[0] - before[1] / total[1]));
+    }
+    return worst;
+}
+
+/* Compares the importances with those of ism_choose: the pixel of a receiver is now and then another one, where its
+   place lies within rounding of a border. Returns the share of texels whose importance differs by more than 1e-4. */
+static double compare_importances(const lit *l, const ism_maps *maps, const float *is, float *wanted)
+{
+    const size_t face = (size_t)l->width * l->height;
+    size_t f, i, off = 0, used = 0, n;
+    double worst = 0;
+    for (f = 0; f < l->faces; f++) {
+        memcpy(wanted + f * face, ism_importances(maps, f, &n), face * sizeof *wanted);
+        assert_int_equal(n, face);
+    }
+    for (i = 0; i < face * l->faces; i++) {
+        const double by = fabs((double)is[i] - (double)wanted[i]) / fmax((double)wanted[i], 1e-30);
+        used += wanted[i] > 0;
+        assert_true((is[i] > 0) == (wanted[i] > 0));
+        if (wanted[i] > 0 && by > 1e-4) off++;
+        else if (wanted[i] > 0) worst = fmax(worst, by);
+    }
+    printf("    %zu of %zu importances differ, the others by %.1e\n", off, used, worst);
+    return (double)off / (double)used;
 }
 
 /* Compares the table with the VPLs of ism_choose. Returns how many stand elsewhere, each beside a step. */
@@ -301,8 +370,11 @@ static size_t compare_vpls(gl_test *t, const lit *l, const chosen *c, const ism_
     const ism_vpl *v;
     float *table = read_table(t, &c->choice, c->desc.vpl_count);
     double worst[5] = { 0, 0, 0, 0, 0 }, spacing = 1.0 / (double)l->width;
+    float *weights = read_importances(t, l, c), *wanted = (float *)malloc(sizeof(float) * MOST);
+    double slack;
     size_t n, i, elsewhere = 0;
     int k;
+    assert_non_null(wanted);
     memset(&frame, 0, sizeof frame);
     frame.sources = l->sources;
     frame.source_count = l->faces;
@@ -313,13 +385,16 @@ static size_t compare_vpls(gl_test *t, const lit *l, const chosen *c, const ism_
     v = ism_vpls(maps, &n);
     assert_int_equal(n, c->desc.vpl_count);
     assert_int_equal(c->maps.vpl_count, n);
+    assert_true(compare_importances(l, maps, weights, wanted) < 2e-2);
+    slack = 2e-6 + steps_differ(l, weights, wanted);
+    assert_true(slack < (c->desc.importance == ISM_IMPORTANCE_FLUX ? 3e-6 : 1e-3));
     for (i = 0; i < n; i++) {
         const float *g = table + 16 * i;
         const double off = distance_of(g, v[i].position) / spacing;
         assert_true(g[3] == 1 && g[11] == 0 && g[15] == 0);         /* diffuse, no near points, no window */
         assert_memory_equal(g + 4, g + 12, 12);
         if (off > 2e-2) {
-            assert_true(nearest_step(l, &c->desc, (uint32_t)i, index) < 2e-6);
+            assert_true(nearest_step(l, wanted, &c->desc, (uint32_t)i, index) < slack);
             elsewhere++;
             continue;
         }
@@ -329,12 +404,15 @@ static size_t compare_vpls(gl_test *t, const lit *l, const chosen *c, const ism_
             worst[2] = fmax(worst[2], fabs((double)g[8 + k] - (double)v[i].flux[k]) / (double)v[i].flux[k]);
         worst[3] = fmax(worst[3], fabs((double)g[7] - (double)v[i].edge) / (double)v[i].edge);
     }
-    printf("    %zu VPLs, %zu beside a step; the others' places differ by %.1e texels, normals %.1e, fluxes %.1e, "
-           "edges %.1e\n", n, elsewhere, worst[0], worst[1], worst[2], worst[3]);
-    assert_true(worst[1] < 1e-3 && worst[2] < 1e-5);
+    printf("    %zu VPLs, %zu beside a step, %.1e; the others' places differ by %.1e texels, normals %.1e, "
+           "fluxes %.1e, edges %.1e\n", n, elsewhere, slack, worst[0], worst[1], worst[2], worst[3]);
+    assert_true(worst[1] < 1e-3);
+    if (c->desc.importance == ISM_IMPORTANCE_FLUX) assert_true(worst[2] < 1e-5);
     if (!elsewhere) assert_true(worst[3] < 1e-3);
     ism_free(maps);
     free(table);
+    free(weights);
+    free(wanted);
     return elsewhere;
 }
 
@@ -382,6 +460,109 @@ static void vpls_are_those_of_ism_choose(void **state)
         }
     printf("%zu of %zu VPLs were chosen on the other side of a step\n", elsewhere, all);
     assert_true((double)elsewhere < 2e-3 * (double)all);
+}
+
+/* By the picture: a wall and a floor of receivers, some pixels without any. */
+static void vpls_by_the_picture_are_those_of_ism_choose(void **state)
+{
+    GL_TEST(t, state)
+    enum { WIDTH = 96, HEIGHT = 64, PIXELS = WIDTH * HEIGHT };
+    static float places[3 * PIXELS], normals[3 * PIXELS];
+    static const float clip[16] = { 1.5f, 0, 0, 0, 0, 2, 0, 0, 0, 0, -1, -1, 0, -1, 3, 3 };
+    size_t k, elsewhere = 0, all = 0;
+    uint32_t seed = 3;
+    int way;
+    for (k = 0; k < PIXELS; k++) {
+        const float u = (float)(k % WIDTH) / WIDTH, v = (float)(k / WIDTH) / HEIGHT;
+        places[3 * k] = 2.4f * u + 0.001f * util_unit(&seed);
+        places[3 * k + 1] = v > 0.5f ? 2 * v : 1.4f;
+        places[3 * k + 2] = v > 0.5f ? -0.3f : 2 * v;
+        normals[3 * k + 1] = v > 0.5f ? 0.0f : -1.0f;
+        normals[3 * k + 2] = v > 0.5f ? 1.0f : 0.0f;
+        if (k % 7 == 0) normals[3 * k + 1] = normals[3 * k + 2] = 0;
+    }
+    for (way = 0; way < 8; way++) {
+        lit *l = lit_make(40, 36, 2);
+        ism_desc d = by_flux(512);
+        ism_points view;
+        glbk_gbuffer seen;
+        chosen c;
+        memset(&view, 0, sizeof view);
+        view.count = PIXELS;
+        view.width = WIDTH;
+        view.positions = places;
+        view.normals = normals;
+        d.importance = way < 4 ? (ism_importance)(ISM_IMPORTANCE_BRSM + way) : ISM_IMPORTANCE_DEFAULT;
+        if (way == 4) d.view_grid_side = 5;                 /* guided samples of odd grids have numbers of their own */
+        if (way == 5) d.blur_radius = -1;
+        if (way == 6) d.flux_share = 0.7f;
+        if (way == 7) d.unstable = 1;
+        gl_see(&t->gl, WIDTH, HEIGHT, places, normals, NULL, &seen);
+        memcpy(view.world_to_clip, clip, sizeof clip);
+        memcpy(seen.world_to_clip, clip, sizeof clip);
+        seen.has_clip = 1;
+        lit_upload(t, l);
+        chosen_make(t, l, &d, &c);
+        assert_glbk(t, glbk_ism_choose(&t->gl, &c.choice, &c.maps, &l->texels, &seen, 5));
+        elsewhere += compare_vpls(t, l, &c, &view, 5);
+        all += d.vpl_count;
+        chosen_free(t, &c);
+        glbk_gbuffer_free(&t->gl, &seen);
+        glbk_texture_free(&t->gl, &l->texels);
+    }
+    printf("%zu of %zu VPLs by the picture were chosen on the other side of a step\n", elsewhere, all);
+    assert_true((double)elsewhere < 1e-2 * (double)all);
+}
+
+/* The mean power of VPLs by the picture is that of the map, whatever the importances are. */
+static void power_is_kept(void **state)
+{
+    GL_TEST(t, state)
+    enum { RUNS = 60 };
+    static const char *const names[] = { "bidirectional importance", "guided importance" };
+    static const float clip[16] = { 1.5f, 0, 0, 0, 0, 2, 0, 0, 0, 0, -1, -1, 0, -1, 3, 3 };
+    static float places[3 * 32 * 32], normals[3 * 32 * 32];
+    char text[80];
+    size_t i;
+    int way;
+    for (i = 0; i < 32 * 32; i++) {
+        places[3 * i] = (float)(i % 32) / 32;
+        places[3 * i + 1] = 0.9f;
+        places[3 * i + 2] = (float)(i / 32) / 32;
+        normals[3 * i + 1] = -1;
+    }
+    for (way = 0; way < 2; way++) {
+        lit *l = lit_make(24, 24, 1);
+        ism_desc d = by_flux(64);
+        double truth = 0, sum = 0, square = 0;
+        glbk_gbuffer seen;
+        chosen c;
+        uint32_t run;
+        for (i = 0; i < 24 * 24; i++) truth += (double)ism__luminance(l->flux + 3 * i);
+        d.importance = way ? ISM_IMPORTANCE_GUIDED : ISM_IMPORTANCE_BRSM;
+        d.unstable = 1;
+        gl_see(&t->gl, 32, 32, places, normals, NULL, &seen);
+        memcpy(seen.world_to_clip, clip, sizeof clip);
+        seen.has_clip = 1;
+        lit_upload(t, l);
+        chosen_make(t, l, &d, &c);
+        for (run = 0; run < RUNS; run++) {
+            double total = 0;
+            float *table;
+            assert_glbk(t, glbk_ism_choose(&t->gl, &c.choice, &c.maps, &l->texels, &seen, run));
+            table = read_table(t, &c.choice, 64);
+            for (i = 0; i < 64; i++) total += (double)ism__luminance(table + 16 * i + 8);
+            sum += total / RUNS;
+            square += total * total / RUNS;
+            free(table);
+        }
+        snprintf(text, sizeof text, "%s on the GPU: mean power of VPLs over that of the map", names[way]);
+        CONFORM("T41", text, 1, sum / truth, 3 * sqrt(fmax(square - sum * sum, 0) / RUNS) / truth + 1e-5);
+        assert_true(square - sum * sum > 0);
+        chosen_free(t, &c);
+        glbk_gbuffer_free(&t->gl, &seen);
+        glbk_texture_free(&t->gl, &l->texels);
+    }
 }
 
 /* Importance by flux has no variance: every VPL has the same flux, and all together that of the source. */
@@ -674,12 +855,12 @@ static void wrong_arguments_are_refused(void **state)
     of.height = 8;
     of.width = 40000;
     assert_int_equal(glbk_ism_choice_create(&t->gl, &c.maps, &of, &out), GLBK_ERR_LIMIT);
-    d.importance = ISM_IMPORTANCE_BRSM;
+    d.importance = (ism_importance)77;
     assert_glbk(t, glbk_ism_maps_create(&t->gl, &d, &other));
     of.width = 8;
     of.face_count = 1;
     SAYS(glbk_ism_choice_create(&t->gl, &other, &of, &out), GLBK_ERR_DESC,
-                "glbk_ism_choice_create: maps->desc.importance is 2; it must be ISM_IMPORTANCE_FLUX");
+                "glbk_ism_choice_create: maps->desc.importance is 77; it must be a value of ism_importance");
     assert_true(!out.drawn.name);
     assert_int_equal(glbk_ism_choose(NULL, &c.choice, &c.maps, &l->texels, NULL, 0), GLBK_ERR_ARGUMENT);
     SAYS(glbk_ism_choose(&t->gl, NULL, &c.maps, &l->texels, NULL, 0), GLBK_ERR_ARGUMENT,
@@ -719,6 +900,8 @@ int main(int count, char **values)
     struct CMUnitTest tests[] = {
         gl_unit_test(sums_are_prefix_sums),
         gl_unit_test(vpls_are_those_of_ism_choose),
+        gl_unit_test(vpls_by_the_picture_are_those_of_ism_choose),
+        gl_unit_test(power_is_kept),
         gl_unit_test(all_vpls_are_equally_bright),
         gl_unit_test(long_sums_lose_nothing),
         gl_unit_test(vpls_stay_before_a_bent_sheet),

@@ -71,7 +71,6 @@ static glbk_result make(gl_test *t, scene *s)
     d.vpl_count = d.lazy_frames = 1;
     d.surfel_count = POINTS;
     d.near_point_count = 1;
-    d.importance = ISM_IMPORTANCE_FLUX;
     memset(&source, 0, sizeof source);
     source.format = GLBK_FORMAT_RGBA32UI;
     source.width = source.height = 2;
