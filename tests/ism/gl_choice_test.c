@@ -627,6 +627,27 @@ static void long_sums_lose_nothing(void **state)
     glbk_texture_free(&t->gl, &l->texels);
 }
 
+/* A number that falls on a step belongs to the cell behind: of 32 equal rows, 16 VPLs lie in every other one. */
+static void a_step_belongs_to_the_cell_behind(void **state)
+{
+    GL_TEST(t, state)
+    lit *l = lit_make(32, 32, 1);
+    ism_desc d = by_flux(16);
+    float *table;
+    size_t i;
+    chosen c;
+    for (i = 0; i < 3 * 32 * 32; i++) l->flux[i] = 0.25f;
+    d.no_inter_texel = 1;
+    lit_upload(t, l);
+    chosen_make(t, l, &d, &c);
+    assert_glbk(t, glbk_ism_choose(&t->gl, &c.choice, &c.maps, &l->texels, NULL, 0));
+    table = read_table(t, &c.choice, 16);
+    for (i = 0; i < 16; i++) assert_true(table[16 * i + 2] == ((float)(2 * i + 1) + 0.5f) / 32);
+    free(table);
+    chosen_free(t, &c);
+    glbk_texture_free(&t->gl, &l->texels);
+}
+
 /* A bent sheet, a cylinder of radius 1 m whose texels lie `step` radians apart, lit from outside (1) or inside (-1):
    the least and the largest height of VPLs over it, on the lit side, in sagittas of its chords. */
 static void heights_over_a_bend(gl_test *t, float side, double *least, double *most)
@@ -904,6 +925,7 @@ int main(int count, char **values)
         gl_unit_test(power_is_kept),
         gl_unit_test(all_vpls_are_equally_bright),
         gl_unit_test(long_sums_lose_nothing),
+        gl_unit_test(a_step_belongs_to_the_cell_behind),
         gl_unit_test(vpls_stay_before_a_bent_sheet),
         gl_unit_test(what_cannot_be_used_is_never_chosen),
         gl_unit_test(a_frame_reads_nothing_back),
