@@ -16,7 +16,8 @@ static uint32_t glbk__ism_source_rows(const glbk_ism_choice_desc *d) { return d-
 static glbk_result glbk__ism_check_choice_desc(const glbk_context *ctx, const char *function,
                                                const glbk_ism_choice_desc *d, const ism_desc *maps)
 {
-    const double most = ctx->max_side < GLBK__ISM_WIDEST ? ctx->max_side : GLBK__ISM_WIDEST;
+    const uint32_t widest = GLBK__ISM_WIDEST;
+    const double most = ctx->max_side < widest ? ctx->max_side : widest;
     if (!d->width || !d->height)
         return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, d->width ? "desc.height" : "desc.width", 0,
                                   "1 or more");
