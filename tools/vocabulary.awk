@@ -11,7 +11,7 @@ BEGIN {
     # The last word of a public function: what it does, or what it returns.
     verbs = "abandon accumulate add apply ask begin bind bounce build cast check choose clear compile compress create denoise " \
         "dispatch draw end eval exp fill find finish fit follow forget forward free gather hit illuminate import init interpolate " \
-        "inverse jitter log match merge move open pack place prepare project query rasterize read render replay reset " \
+        "inverse jitter log match merge move open pack place prepare project query rasterize read redraw render replay reset " \
         "resolve restart restore rotate run sample save scatter see shade spread turn unzoom update upload use verify " \
         "write zoom"
     nouns = "ambient angle as atlas basis block budget bytes callback cluster coordinates cosine count data depth depths direct " \

@@ -112,6 +112,7 @@ static rsm_mesh *convert_scene(const ex_scene *scene, surface **surfaces)
         m->user = &(*surfaces)[i];
         m->mask_fn = holes ? is_there : NULL;
         m->tap_side = scene->texture_count ? 4 : 1;
+        m->version = 1;                         /* textures and materials stay as they are while the program runs */
     }
     return meshes;
 }
@@ -125,10 +126,43 @@ uint32_t rs_map_side(const rs_state *state, const rsm_light *light)
     return side < 4 ? 4 : side;
 }
 
+static uint32_t faces_of(const rsm_light *light)
+{
+    if (light->kind == RSM_LIGHT_PATCH)
+        return 5;
+    return light->kind == RSM_LIGHT_POINT || (light->kind == RSM_LIGHT_SPOT && light->cone_half_angle > 1) ? 6 : 1;
+}
+
+/* Says whether the maps of the last frame can take this frame's lights: as many, each with as many texels. */
+static int are_reusable(const rs_state *state, const rsm_light *lights, size_t count)
+{
+    int same = state->keep && state->maps && state->lamp_count == count;
+    for (size_t i = 0; i < count && same; i++) {
+        rsm_info info;
+        rsm_get_info(state->maps[i], &info);
+        same = info.side == rs_map_side(state, &lights[i]) && info.face_count == faces_of(&lights[i]);
+    }
+    return same;
+}
+
+/* Draws the map of one light of the last frame anew if it would change. */
+static int renew_map(rs_state *state, size_t i, const rsm_light *light, const rsm_mesh *meshes, size_t mesh_count,
+                     char *error)
+{
+    rsm_stats stats;
+    int kept = 0;
+    rsm_result result = rsm_redraw(state->maps[i], light, meshes, mesh_count, &kept, &stats);
+    if (result != RSM_OK)
+        return rs_fail(error, "drawing a map", result);
+    state->kept_count += (size_t)kept;
+    state->lit_texels += stats.lit_texels;
+    state->bad_texels += stats.bad_texels;
+    return 0;
+}
+
 static int build_map(rs_state *state, const rsm_light *light, const rsm_mesh *meshes, size_t mesh_count, char *error)
 {
     rsm_desc desc;
-    rsm_stats stats;
     rsm_result result;
     memset(&desc, 0, sizeof desc);
     desc.light = *light;
@@ -137,14 +171,7 @@ static int build_map(rs_state *state, const rsm_light *light, const rsm_mesh *me
     result = rsm_map_create(&desc, &state->maps[state->map_count]);
     if (result != RSM_OK)
         return rs_fail(error, "a map", result);
-    result = rsm_rasterize(state->maps[state->map_count++], meshes, mesh_count);
-    if (result == RSM_OK)
-        result = rsm_finish(state->maps[state->map_count - 1], &stats);
-    if (result != RSM_OK)
-        return rs_fail(error, "drawing a map", result);
-    state->lit_texels += stats.lit_texels;
-    state->bad_texels += stats.bad_texels;
-    return 0;
+    return renew_map(state, state->map_count++, light, meshes, mesh_count, error);
 }
 
 static int build_maps(rs_state *state, const rd_job *job, char *error)
@@ -155,18 +182,26 @@ static int build_maps(rs_state *state, const rd_job *job, char *error)
     rd_ring *rings = NULL;
     size_t count = 0, ring_count = 0;
     int result = -1;
-    state->lit_texels = state->bad_texels = 0;
-    free_maps(state);
+    state->lit_texels = state->bad_texels = state->kept_count = 0;
     if (!meshes) {
         snprintf(error, EX_ERROR_SIZE, "out of memory");
         return -1;
     }
     if (rs_lights_build(&lights, &count, job, state->points, error) == 0 &&
         (!state->indirect || rs_rings_build(&rings, &ring_count, job, lights, count, error) == 0)) {
-        state->maps = calloc(count + ring_count + 1, sizeof(rsm_map *));
-        result = state->maps ? 0 : -1;
+        const int reused = are_reusable(state, lights, count);
+        rsm_map **maps = calloc(count + ring_count + 1, sizeof(rsm_map *));
+        result = maps ? 0 : -1;
+        if (reused && maps) {
+            memcpy(maps, state->maps, count * sizeof *maps);
+            memset(state->maps, 0, count * sizeof *maps);       /* of the old ones, only rings are freed */
+        }
+        free_maps(state);
+        state->maps = maps;
+        state->map_count = reused && maps ? count : 0;
         for (size_t i = 0; i < count && result == 0; i++)
-            result = build_map(state, &lights[i], meshes, job->scene->object_count, error);
+            result = reused ? renew_map(state, i, &lights[i], meshes, job->scene->object_count, error)
+                            : build_map(state, &lights[i], meshes, job->scene->object_count, error);
         state->lamp_count = state->map_count;
         for (size_t i = 0; i < ring_count && result == 0; i++) {
             result = rs_ring_map(&rings[i], &state->system, &state->maps[state->map_count], error);
@@ -333,7 +368,8 @@ static int frame_rsm(void *opaque, const rd_job *job, ex_image *out, char *error
     return 0;
 }
 
-/* All is built anew for each frame; what stays is the filter's history. */
+/* All is built anew for each frame; what stays is the filter's history and, if maps are kept, those that would not
+   change. */
 static int update_rsm(void *state, const rd_job *job, char *error)
 {
     (void)state;
@@ -371,6 +407,7 @@ static void read_settings(rs_state *state, const rd_job *job)
     state->indirect = !rd_setting_is(s, "only", "direct");
     state->size = (uint32_t)rd_setting_integer(s, "side");
     state->points = (uint32_t)rd_setting_integer(s, "light_point_count");
+    state->keep = rd_setting_integer(s, "keep") != 0;
     g->pattern = (rsm_pattern)(RSM_PATTERN_FLUX + place_of(pattern_words, rd_setting_text(s, "pattern")));
     g->paper_weights = rd_setting_integer(s, "paper_weights");
     g->r_max = (float)rd_setting_number(s, "r_max");
@@ -449,6 +486,7 @@ static void report_rsm(const void *opaque, rd_report *report)
                                               : "interpolated");
     rd_json_integer(report->json, "side", state->size);
     rd_json_integer(report->json, "maps", state->map_count + rs_gl_maps(state));
+    rd_json_integer(report->json, "kept_maps", state->kept_count);
     rd_json_integer(report->json, "lit_texels", state->lit_texels);
     rd_json_integer(report->json, "bad_texels", state->bad_texels);
     rd_json_integer(report->json, "pairs", state->stats.pairs);
@@ -469,6 +507,7 @@ static const rd_key keys[] = {
       "texels a side of a map; cubes half, points of area lights a quarter" },
     { "light_point_count", RD_INTEGER, NULL, 1, 1024, "16",
       "points on all area lights and emitters; directions of a sky" },
+    { "keep", RD_WORD, "0|1", 0, 0, "0", "1: maps whose light and casters are as in the last frame are not drawn (cpu)" },
     { "pattern", RD_WORD, pattern_words, 0, 0, "flux", "where samples are taken" },
     { "paper_weights", RD_WORD, "0|1", 0, 0, "0", "1: equation3 weighs samples as the paper does, biased" },
     { "r_max", RD_NUMBER, NULL, 0, 1000, "0", "radius of patterns in sides of the map; 0: up to its border" },

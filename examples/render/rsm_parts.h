@@ -20,6 +20,8 @@ typedef struct rs_state {
     rs_mode      mode;
     int          direct, indirect;
     uint32_t     size, points;
+    int          keep;                                      /* maps that would come out as they are are not drawn */
+    size_t       kept_count;                                /* of the last frame's maps */
     rsm_gather_desc gather;
     rsm_direct_desc shadow;
     rsm_interpolation interpolation;

@@ -36,6 +36,20 @@ RSM_DEF rsm_result rsm_map_restart(rsm_map *map, const rsm_light *light);
             RSM_ERR_DESC: a field of light is out of range.
             RSM_ERR_LIMIT: the light needs more faces than the map was made with. */
 
+RSM_DEF rsm_result rsm_redraw(rsm_map *map, const rsm_light *light, const rsm_mesh *meshes, size_t mesh_count,
+                              int *kept, struct rsm_stats *stats);
+/* Draws a map for the next frame as rsm_map_restart, rsm_rasterize and rsm_finish do, unless it would come
+   out as it is: then the map is kept, byte for byte. Nobody has to say what moved: light and meshes are read,
+   and compared with those of the last such call by a key of 64 bits, so that a change is missed once in 2^64.
+   What is compared is what the arrays hold, not where they lie. What functions of a mesh say cannot be read:
+   such a mesh is drawn in every frame unless its version is not 0.
+   light    the light as it is now; NULL = as it was
+   kept     whether the map was kept, written on RSM_OK; may be NULL
+   stats    those of rsm_finish, of kept maps too; may be NULL
+   Errors   those of the three calls but RSM_ERR_ORDER. After RSM_ERR_ARGUMENT and RSM_ERR_DESC the map is as
+            it was; after others it may be empty, and no map for rsm_gather
+   Cost     of a kept map: reading all vertices and indices, and scratch of 40 bytes for 32,768 of them */
+
 RSM_DEF size_t rsm_map_bytes(const rsm_desc *desc);
 /* Returns the bytes of memory that rsm_map_init needs: 56 a texel, 8 a row and at most 1 KB more. Returns 0
    if desc is NULL, and also, with a line in the log, if a field of desc is out of range. */

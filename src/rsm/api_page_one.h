@@ -187,6 +187,9 @@ typedef struct rsm_mesh {           /* triangles that the light may see */
     /* A function of yours that writes the linear albedo at a point of a triangle, which the weights of its
        corners say. NULL = `albedo` everywhere. parallel_for's threads call the function. */
     void           *user;           /* given to mask_fn and surface_fn */
+    uint32_t        version;        /* of what mask_fn and surface_fn say, for rsm_redraw: another number
+                                       whenever that changes; 0 = it may have changed, so that the map is
+                                       drawn */
     uint32_t        tap_side;       /* surface_fn is averaged over tap_side x tap_side points of a texel, but
                                        for those in holes, so that textures finer than texels neither flicker
                                        nor lose energy. 1..16, 0 = 1 */

@@ -76,7 +76,8 @@
        -> rsm_interpolate    the same for a picture: light at a coarse grid of pixels, mostly interpolated
        -> rsm_pixel_lights, rsm_cluster -> rsm_gather_list: a list of lights for all receivers
 
-   gifilter.h makes pictures from few samples smooth, over frames and over neighbours.
+   rsm_redraw does the first line for the next frame, and keeps the map if light and meshes are what they
+   were. gifilter.h makes pictures from few samples smooth, over frames and over neighbours.
 
    A map takes 56 bytes a texel (48 of them are rsm_texel), a list 48 bytes a light, a gather 60 bytes a light
    in scratch (88 with materials), interpolation 11 bytes a pixel. The knobs, and what each trades:

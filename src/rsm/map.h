@@ -11,6 +11,7 @@ struct rsm_map {
                                       1 */
     float      cos_half;           /* the cosine of a spot's half angle; -1 for other lights */
     rsm_stats  stats;
+    uint64_t   key;                /* of what rsm_redraw drew; 0 = something else may be in the map */
     rsm_texel *texels;
     double    *rows;               /* side * faces + 1 running sums: the flux of all rows before each */
     double    *sums;               /* the flux of each row up to and including the texel */

@@ -325,16 +325,29 @@ static inline rsm_result rsm__refuse_mesh_text(const rsm__logger *log, rsm_resul
     return result;
 }
 
-static inline rsm_result rsm__indices_check(const rsm__logger *log, const rsm_mesh *m, size_t number)
+/* Checks what must hold before the arrays of a mesh can be read. */
+static inline rsm_result rsm__arrays_check(const rsm__logger *log, const rsm_mesh *m, size_t number)
 {
     const int indexed = m->indices || m->indices16;
-    size_t k, count = indexed ? m->index_count : m->vertex_count;
-    rsm__message name;
+    size_t count = indexed ? m->index_count : m->vertex_count;
+    if (!m->positions && m->vertex_count)
+        return rsm__refuse_mesh_text(log, RSM_ERR_ARGUMENT, number, ".positions", "is NULL");
+    if (!rsm__stride_valid(m->vertex_stride, 12))
+        return rsm__refuse_mesh(log, RSM_ERR_ARGUMENT, number, ".vertex_stride", (double)m->vertex_stride,
+                                "0 or a multiple of 4 from 12 on");
     if (m->indices && m->indices16)
         return rsm__refuse_mesh_text(log, RSM_ERR_ARGUMENT, number, ".indices16", "is set beside indices");
     if (count % 3 != 0)
         return rsm__refuse_mesh(log, RSM_ERR_ARGUMENT, number, indexed ? ".index_count" : ".vertex_count",
                                 (double)count, "a multiple of 3");
+    return RSM_OK;
+}
+
+static inline rsm_result rsm__indices_check(const rsm__logger *log, const rsm_mesh *m, size_t number)
+{
+    const int indexed = m->indices || m->indices16;
+    size_t k, count = indexed ? m->index_count : m->vertex_count;
+    rsm__message name;
     for (k = 0; indexed && k < count; k++) {
         uint32_t index = m->indices ? m->indices[k] : m->indices16[k];
         if (index < m->vertex_count) continue;
@@ -346,13 +359,9 @@ static inline rsm_result rsm__indices_check(const rsm__logger *log, const rsm_me
 
 static inline rsm_result rsm__mesh_check(const rsm__logger *log, const rsm_mesh *m, size_t number)
 {
-    const rsm_result argument = RSM_ERR_ARGUMENT;
+    const rsm_result result = rsm__arrays_check(log, m, number);
     int k;
-    if (!m->positions && m->vertex_count)
-        return rsm__refuse_mesh_text(log, argument, number, ".positions", "is NULL");
-    if (!rsm__stride_valid(m->vertex_stride, 12))
-        return rsm__refuse_mesh(log, argument, number, ".vertex_stride", (double)m->vertex_stride,
-                                "0 or a multiple of 4 from 12 on");
+    if (result != RSM_OK) return result;
     if (m->tap_side > 16)
         return rsm__refuse_mesh(log, RSM_ERR_INPUT, number, ".tap_side", m->tap_side, "0..16");
     for (k = 0; k < 3; k++)
