@@ -136,7 +136,7 @@ static void sfield__keep_wavelets(sfield__point *p, sfield_cache *c, size_t slot
     uint16_t *index = c->index + slot * SFIELD__CACHED;
     int16_t *value = c->value + slot * SFIELD__CACHED;
     float threshold = 0, most = 0, inverse, weight = 0;
-    uint32_t i, n = 0, used = 0;
+    uint32_t i, n = 0, used = 0, equal = SFIELD__CACHED;
     uint32_t next = 0, face = side * side;
     float *key = p->work, *sorted = p->coefs;   /* clean again below */
     for (i = 0; i < cells; i++) {
@@ -150,8 +150,10 @@ static void sfield__keep_wavelets(sfield__point *p, sfield_cache *c, size_t slot
     }
     if (used > SFIELD__CACHED) threshold = sfield__select_rank(sorted, used, SFIELD__CACHED - 1);
     memset(sorted, 0, used * sizeof *sorted);
-    for (i = 0; i < cells && n < SFIELD__CACHED; i++)
-        if (key[i] > 0 && key[i] >= threshold) {
+    /* those that lie at the threshold have the places that are left: mirrored lobes have many of one size */
+    for (i = 0; i < cells; i++) equal -= key[i] > threshold;
+    for (i = 0; i < cells; i++)
+        if (key[i] > 0 && (key[i] > threshold || (key[i] == threshold && equal && equal--))) {
             index[n++] = (uint16_t)i;
             most = fabsf(p->haar[i]) > most ? fabsf(p->haar[i]) : most;
         }

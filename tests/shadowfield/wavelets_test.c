@@ -136,12 +136,52 @@ static void wavelets_are_kept_by_area(void **state)
     for (i = 0; i < 3; i++) assert_int_equal(entry[i] >> 16, coarse[i]);
 }
 
+/* The lazy cache keeps 256 wavelets by the same measure: those of whole faces come before the finest of 6 times their
+   coefficient, of which there are more than it has room for, on whichever face they are. What it gives back is within
+   half a step of 16 bits. */
+static void the_cache_keeps_wavelets_by_area(void **state)
+{
+    enum { CELLS = 6 * SIDE * SIDE, FACE = SIDE * SIDE };
+    static float haar[CELLS], work[CELLS], coefs[3 * CELLS];
+    sfield_scene_desc d;
+    sfield_scene *s;
+    sfield_cache *c;
+    sfield__point p;
+    uint32_t i, coarse = 0;
+    (void)state;
+    memset(&d, 0, sizeof d);
+    d.basis = SFIELD_BASIS_HAAR;
+    d.cube_side = SIDE;
+    assert_int_equal(sfield_scene_create(&d, &s), SFIELD_OK);
+    assert_int_equal(sfield_cache_create(s, 1, 1, &c), SFIELD_OK);
+    memset(&p, 0, sizeof p);
+    p.s = s;
+    p.haar = haar;
+    p.work = work;
+    p.coefs = coefs;
+    for (i = 0; i < CELLS; i++) haar[i] = i % FACE < 4 ? 1.0f : i % FACE >= FACE / 4 ? -6.0f : 0.0f;
+    sfield__keep_wavelets(&p, c, 0);
+    for (i = 0; i < SFIELD__CACHED; i++) {
+        const uint32_t in_face = c->index[i] % FACE;
+        const float exact = in_face < 4 ? 1.0f : -6.0f;
+        assert_true(i == 0 || c->index[i] > c->index[i - 1]);
+        assert_true(in_face < 4 || in_face >= FACE / 4);
+        assert_true(fabsf((float)c->value[i] * c->scale[0] - exact) <= 0.51f * 6 / 32767);
+        coarse += in_face < 4;
+    }
+    assert_int_equal(coarse, 24);
+    for (i = 0; i < 3 * CELLS; i++) assert_true(coefs[i] == 0); /* as the next point finds it */
+    sfield_cache_free(c);
+    sfield_scene_free(s);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_ball_on_the_horizon_hides_by_its_upper_half),
         cmocka_unit_test(balls_side_by_side_both_hide),
         cmocka_unit_test(wavelets_are_kept_by_area),
+        cmocka_unit_test(the_cache_keeps_wavelets_by_area),
     };
     return cmocka_run_group_tests(tests, make_ball, free_ball);
 }
