@@ -916,8 +916,7 @@ SFIELD_DEF sfield_result sfield_haar_product(uint32_t side, const float *a, cons
 #include <stdlib.h>
 #include <string.h>
 
-/* The name of this file, by which it includes itself (see kernels_begin.h). Define SFIELD_FILE if you renamed
-   it. */
+/* The name by which this file includes itself (see kernels_begin.h). Define SFIELD_FILE if you renamed it. */
 #ifndef SFIELD_FILE
 #define SFIELD_FILE "shadowfield.h"
 #endif
@@ -1874,8 +1873,7 @@ static int sfield__check_value(const sfield__logger *log, int good, const char *
     return good;
 }
 
-/* Returns what a vector of an array is: 1 unit, 0 left out (zero, or not finite), -1 of another length, which
-   is an error. */
+/* Returns what a vector of an array is: 1 unit, 0 left out (zero, or not finite), -1 an error of length. */
 static int sfield__unit_vector(const float *v)
 {
     const float nn = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
@@ -1911,8 +1909,7 @@ static const float *sfield__row(const float *base, size_t stride, size_t i)
     return (const float *)(const void *)((const char *)(const void *)base + i * (stride ? stride : 12));
 }
 
-/* Returns whether positions and normals are there and their strides are good. If not, a line says what is
-   wrong. */
+/* Returns whether positions and normals are there with good strides. If not, a line says what is wrong. */
 static int sfield__points_good(const sfield__logger *log, const sfield_points *p)
 {
     if (!p->positions || !p->normals) {
@@ -1925,8 +1922,7 @@ static int sfield__points_good(const sfield__logger *log, const sfield_points *p
                         (double)p->normal_stride, "0, or a multiple of 4 of at least 12");
 }
 
-/* Returns the power of two that brings x > 0 to 1 or just above. In such units squares stay in range, and no
-   bit changes. */
+/* Returns the power of two that brings x > 0 to 1 or just above: squares stay in range, bits the same. */
 static float sfield__unit(float x)
 {
     uint32_t e = sfield__to_bits(x) >> 23;
@@ -2143,8 +2139,7 @@ static int sfield__may_triple(uint32_t i, uint32_t j, uint32_t k)
     return (a + b + c) % 2 == 0 && a + b >= c && a + c >= b && b + c >= a;
 }
 
-/* Fills pairs and entries from the values at the nodes of a grid of degree 3 (n - 1). table: coefs floats a
-   pair. */
+/* Fills pairs and entries from values at nodes of a grid of degree 3 (n - 1). table: coefs floats a pair. */
 static uint32_t sfield__find_tripling(sfield_algebra *t, const double *basis, const double *node,
                                       size_t nodes, double *product, float *table)
 {
@@ -2629,8 +2624,7 @@ static int sfield__is_side(uint32_t side, uint32_t least)
     return side >= least && side <= 64 && (side & (side - 1)) == 0;
 }
 
-/* Writes the 16 Gauss-Legendre points of a texel: unit directions and weights, whose sum is the solid angle
-   to double precision. */
+/* Writes the 16 Gauss-Legendre points of a texel: unit directions, and weights that add up to its angle. */
 static void sfield__texel_points(uint32_t side, uint32_t texel, double points[16][4])
 {
     static const double at[4] = { -0.86113631159405257522, -0.33998104358485626480, 0.33998104358485626480,
@@ -3144,8 +3138,7 @@ static void sfield__write_words(uint8_t *to, const uint32_t *from, size_t count)
 /* bytes, or samples of wavelets: milliseconds */
 enum { SFIELD__STEP = 1 << 18, SFIELD__STEP_SAMPLES = 1024 };
 
-/* Takes the allocator and the progress of a whole call. Returns 0 if the allocator has one function without
-   the other. */
+/* Takes the allocator and the progress of a whole call. Returns 0 if one of two functions is missing. */
 static int sfield__services_of(const sfield_system *system, sfield__allocator *a, sfield__part *part)
 {
     if (!sfield__system_good(system)) return 0;
@@ -3492,8 +3485,7 @@ static uint32_t sfield__same16(const int32_t *base, int32_t wanted, int simd);
 /* Copies n floats, planes of 16, with zeros where a mask has no bit. */
 static void sfield__select16(const float *in, uint32_t n, uint32_t mask, float *out, int simd);
 
-/* Finds the frames before and after a time, and returns how far it is on the way. Loops have no beginning
-   either. */
+/* Finds the frames before and after a time, and returns how far it is on the way. Loops do not begin. */
 static float sfield__frames_at(const sfield_field *f, float time, uint32_t *before, uint32_t *after)
 {
     float n = (float)f->h.frames, t = sfield__finite(time) ? time * f->h.frames_per_second : 0;
@@ -3572,8 +3564,7 @@ typedef struct sfield__eight {
 static void sfield__widen_samples(const sfield_field *f, const uint8_t *first, uint32_t n, float *out,
                                   int simd);
 
-/* Groups lanes by the eight samples that they lie between. Returns how many groups there are, or 0 if lane by
-   lane costs less. */
+/* Groups lanes by the eight samples that they lie between. Returns how many; 0 if lane by lane costs less. */
 static uint32_t sfield__group_lanes(const sfield__place *at, uint32_t lanes, uint32_t *group, int simd)
 {
     const uint32_t most = sfield__popcount(lanes) / SFIELD__SHARED;
@@ -3747,8 +3738,7 @@ static uint32_t sfield__gather_positions(const sfield_field *f, const float *pos
     return good;
 }
 
-/* Checks what queries are given, for the function of this name. occlusion: not 0 if only visibility will
-   do. */
+/* Checks what queries are given, for the function of this name. occlusion: not 0 if it must be visibility. */
 static sfield_result sfield__check_query(const sfield_field *f, const char *function, const float *positions,
                                          const float *out, int occlusion)
 {
@@ -5365,6 +5355,23 @@ typedef struct sfield__item {       /* of an entity */
 
 typedef struct sfield__taps { uint16_t texel[4]; float weight[4]; } sfield__taps;
 
+#ifndef SFIELD_WITHOUT_HIERARCHY
+typedef struct sfield__ball { float center[3], radius; } sfield__ball;
+
+typedef struct sfield__tree {       /* occluders along a curve, and spheres about what they reach */
+    uint64_t     *keys, *order;     /* of each occluder: its place along the curve, and in the lower half its
+                                       item. Room for twice as many; half of it, where they are in order */
+    sfield__ball *ball, *level[8];  /* of 4 occluders each, of 16, ... */
+    uint32_t      count, levels;
+} sfield__tree;
+
+typedef struct sfield__walk {       /* how far the occluders are looked through that may reach a sphere */
+    const sfield__tree *tree;
+    float    middle[3], extent;
+    uint32_t at, level;
+} sfield__walk;
+#endif
+
 struct sfield_scene {
     sfield__allocator allocator;
     sfield_scene_desc desc;
@@ -5376,6 +5383,9 @@ struct sfield_scene {
     sfield__taps     *taps;
     uint32_t *occluder, *light, item_count, occluder_count;
     uint32_t light_count, overlaps, maps;
+#ifndef SFIELD_WITHOUT_HIERARCHY
+    sfield__tree tree;
+#endif
     /* Hashes of all that results depend on besides the points: the entities, the environment; both; and both
        as they were before the last change, 0 if that did more than move the occluders of `moved`. */
     uint64_t          entities_hash, sky_hash, now_hash, before_hash;
@@ -7265,8 +7275,7 @@ SFIELD__KERNEL static void sfield__rotate(const sfield_rotation *rotation, const
     }
 }
 
-/* Four bands without loops over a row, in bands of 3, 5 and 7 that registers hold. m: a row; s: its
-   stride. */
+/* Four bands without loops over a row, in bands of 3, 5 and 7 that registers hold. m: a row; s: stride. */
 typedef struct sfield__held { sfield__lanes x0, x1, x2, x3, x4, x5, x6; } sfield__held;
 
 static inline SFIELD__IN_KERNEL sfield__lanes sfield__row3(const float *m, uint32_t s, const sfield__held *h)
@@ -7325,8 +7334,7 @@ SFIELD__KERNEL static void sfield__rotate4(const sfield_rotation *rotation, cons
 
 /* ---- kernels: between eight samples ---- */
 
-/* See sfield__widen_samples. What is written after a sample's last value is overwritten by the next
-   sample. */
+/* See sfield__widen_samples. What is written after a sample's last value gives way to the next sample. */
 SFIELD__KERNEL static void sfield__widen(const sfield_field *f, const uint8_t *first, uint32_t n, float *out)
 {
     const size_t stride = f->h.stride, row = f->h.position_side * stride,
@@ -7409,8 +7417,7 @@ SFIELD__KERNEL static void sfield__mix(const sfield_field *f, const sfield__betw
     sfield__mix_row(f, at->base, at->group, 0, n, &w, out);
 }
 
-/* Interpolates one coefficient between the four samples of a shell, which are q[0], q[n], q[2 n] and q[3 n].
-   */
+/* Interpolates one coefficient between the four samples of a shell: q[0], q[n], q[2 n] and q[3 n]. */
 static inline SFIELD__IN_KERNEL sfield__lanes sfield__between_four(const sfield__corner_weights *w,
                                                                    const float *q,
                                                                    uint32_t n, float scale, float bias)
@@ -7422,8 +7429,7 @@ static inline SFIELD__IN_KERNEL sfield__lanes sfield__between_four(const sfield_
     return sfield__lanes_muladd(sum, sfield__lanes_all(scale), sfield__lanes_all(bias));
 }
 
-/* Copies of the pointers to scale and bias of both shells. Compilers would otherwise load them again after
-   every store of a kernel. */
+/* Copies of the pointers to scale and bias of both shells, or compilers load them again after every store. */
 typedef struct sfield__shells { const float *q, *s0, *b0, *s1, *b1; uint32_t n; } sfield__shells;
 
 static inline SFIELD__IN_KERNEL sfield__shells sfield__shells_of(const sfield__eight *c)
@@ -7613,7 +7619,10 @@ SFIELD__KERNEL static void sfield__locate(const sfield_field *f, const float *p,
     face = sfield__lanes_select(is_x, zero, face);
     face = sfield__lanes_add(face, sfield__lanes_select(up, zero, one));
     d2 = sfield__lanes_add(d2, sfield__lanes_mul(z, z));
-    for (k = 0; k < f->h.shells; k++) {
+    /* from far away all are outside */
+    k = sfield__mask_bits(sfield__lanes_at_least(d2, sfield__lanes_all(f->radius2[f->h.shells - 2])));
+    if (k == 0xffff) shell = sfield__lanes_all((float)f->h.shells);
+    for (k = k == 0xffff ? f->h.shells : 0; k < f->h.shells; k++) {
         const sfield__lane_mask outside = sfield__lanes_at_least(d2, sfield__lanes_all(f->radius2[k]));
         if (!sfield__mask_any(outside)) break;
         shell = sfield__lanes_add(shell, sfield__lanes_keep(outside, one));
@@ -7688,8 +7697,7 @@ SFIELD__KERNEL static uint32_t sfield__look_at(const float *p, const float *n, c
            sfield__mask_bits(sfield__lanes_greater(h, sfield__lanes_all(low))) << 16;
 }
 
-/* Computes what is left of an occluder: 1 up to three quarters of its reach, 0 for lanes that do not
-   count. */
+/* Computes what is left of an occluder: 1 up to 3/4 of its reach, 0 for lanes that do not count. */
 SFIELD__KERNEL static void sfield__fade(const float *d2, float inverse_reach, uint32_t lanes, float *factor)
 {
     const sfield__lanes one = sfield__lanes_all(1);
@@ -8371,6 +8379,132 @@ static void sfield__turn_cube(sfield_scene *s)
         sfield__haar_cube(s->side, s->sky_now + c * s->cells, s->sky_now + (3 + c) * s->cells, s->simd);
 }
 
+/* ==== src/shadowfield/scene_tree.h ==== */
+
+/* ---- scenes: which occluders lie near ---- */
+
+/* Occluders lie along a Morton curve, and four in a row that begin at a multiple of four, sixteen, and so on,
+   have a sphere about all that they reach. Whoever looks for occluders walks past those whose sphere is far
+   away, so that scenes of many bodies cost what lies near a point. It finds all that matter, and others: the
+   exact tests come after it. */
+
+/* Sorts a, which is n numbers long, by way of b. Returns where the result is, a or b. */
+static uint64_t *sfield__sort_keys(uint64_t *a, uint64_t *b, uint32_t n)
+{
+    uint32_t width, i, end;
+    for (width = 1; width < n; width *= 2) {
+        uint64_t *swap = a;
+        for (i = 0; i < n; i += 2 * width) {
+            const uint32_t middle = n - i < width ? n : i + width;
+            uint32_t j = i, k = middle;
+            end = n - middle < width ? n : middle + width;
+            for (; j < middle || k < end; b++)
+                *b = k == end || (j < middle && a[j] < a[k]) ? a[j++] : a[k++];
+        }
+        a = b - n;
+        b = swap;
+    }
+    return a;
+}
+
+/* Finds a sphere about all that some occluders reach. */
+static sfield__ball sfield__bound_reach(const sfield_scene *s, const uint64_t *order, uint32_t count)
+{
+    sfield__ball ball = { { 0, 0, 0 }, 0 };
+    uint32_t i, k;
+    for (k = 0; k < 3; k++) {
+        float low = s->item[(uint32_t)order[0]].center[0][k], high = low;
+        for (i = 1; i < count; i++) {
+            const float x = s->item[(uint32_t)order[i]].center[0][k];
+            low = x < low ? x : low;
+            high = x > high ? x : high;
+        }
+        ball.center[k] = 0.5f * low + 0.5f * high;
+    }
+    for (i = 0; i < count; i++) {
+        const sfield__item *it = &s->item[(uint32_t)order[i]];
+        const sfield__v3 c = sfield__v3_load(it->center[0]);
+        const float r = it->reach + sfield__v3_length(sfield__v3_sub(c, sfield__v3_load(ball.center)));
+        ball.radius = r <= ball.radius ? ball.radius : r;       /* no number: never far */
+    }
+    return ball;
+}
+
+/* Writes the place along a Morton curve of each occluder's center, and below it which it is. */
+static void sfield__place_on_curve(const sfield_scene *s, uint64_t *key)
+{
+    uint32_t i, k, b;
+    for (i = 0; i < s->occluder_count; i++) key[i] = s->occluder[i];
+    for (k = 0; k < 3; k++) {
+        float low = 3e38f, high = -3e38f, scale;
+        for (i = 0; i < s->occluder_count; i++) {
+            const float x = s->item[s->occluder[i]].center[0][k];
+            low = x < low ? x : low;
+            high = x > high ? x : high;
+        }
+        scale = high > low ? 1023 / (high - low) : 0;
+        for (i = 0; i < s->occluder_count; i++) {
+            const float x = (s->item[s->occluder[i]].center[0][k] - low) * scale;
+            const uint32_t at = x > 0 ? x < 1023 ? (uint32_t)x : 1023u : 0u;
+            for (b = 0; b < 10; b++) key[i] |= (uint64_t)(at >> b & 1u) << (32 + 3 * b + k);
+        }
+    }
+}
+
+/* Makes the spheres of a scene whose items are there. Returns 0 if there is no memory. */
+static int sfield__make_tree(sfield_scene *s)
+{
+    sfield__tree *t = &s->tree;
+    const uint32_t n = t->count = s->occluder_count;
+    uint32_t i, k, balls = 0;
+    for (t->levels = 0; (4u << 2 * t->levels) < n; t->levels++)
+        balls += (n + (4u << 2 * t->levels) - 1) >> (2 * t->levels + 2);
+    t->keys = (uint64_t *)sfield__alloc_array(&s->allocator, n ? n : 1, 2 * sizeof *t->keys);
+    t->ball = (sfield__ball *)sfield__alloc_array(&s->allocator, balls ? balls : 1, sizeof *t->ball);
+    if (!t->keys || !t->ball) return 0;
+    sfield__place_on_curve(s, t->keys);
+    t->order = sfield__sort_keys(t->keys, t->keys + n, n);
+    for (k = 0, balls = 0; k < t->levels; k++) {
+        const uint32_t size = 4u << 2 * k;
+        t->level[k] = t->ball + balls;
+        for (i = 0; i < n; i += size)
+            t->ball[balls++] = sfield__bound_reach(s, t->order + i, n - i < size ? n - i : size);
+    }
+    return 1;
+}
+
+static void sfield__start_walk(sfield__walk *w, const sfield_scene *s, const float *middle, float extent)
+{
+    w->tree = &s->tree;
+    memcpy(w->middle, middle, sizeof w->middle);
+    w->extent = extent;
+    w->at = 0;
+    w->level = s->tree.levels;
+}
+
+/* Returns the next occluder, by its item, that may reach a sphere, or SFIELD__NONE after the last. What it
+   walks past is too far away for sure, by more than what roundings come to. */
+static uint32_t sfield__next_near(sfield__walk *w)
+{
+    const sfield__tree *t = w->tree;
+    while (w->at < t->count) {
+        const uint32_t at = w->at, level = w->level;
+        if (level) {
+            const sfield__ball *b = &t->level[level - 1][at >> 2 * level];
+            const float x = b->center[0] - w->middle[0], y = b->center[1] - w->middle[1];
+            const float z = b->center[2] - w->middle[2], r = 1.0001f * (b->radius + w->extent) + 1e-18f;
+            if (!(x * x + y * y + z * z > r * r)) {
+                w->level--;
+                continue;
+            }
+        }
+        w->at += 1u << 2 * level;
+        while (w->level < t->levels && !(w->at & ((4u << 2 * w->level) - 1))) w->level++;
+        if (!level) return (uint32_t)t->order[at];
+    }
+    return SFIELD__NONE;
+}
+
 /* ==== src/shadowfield/scene.h ==== */
 
 /* ---- scenes: entities, and where they are ---- */
@@ -8383,6 +8517,10 @@ static void sfield__free_lists(sfield_scene *s)
     sfield__free(&s->allocator, s->light);
     sfield__free(&s->allocator, s->taps);
     sfield__free(&s->allocator, s->moved);
+#ifndef SFIELD_WITHOUT_HIERARCHY
+    sfield__free(&s->allocator, s->tree.keys);
+    sfield__free(&s->allocator, s->tree.ball);
+#endif
 }
 
 SFIELD_DEF void sfield_scene_free(sfield_scene *s)
@@ -8587,16 +8725,14 @@ static sfield_result sfield__make_item(const sfield_scene *s, const sfield_entit
     return sfield_sh_rotation(s->algebra, e->transform, rotation);
 }
 
-/* Notes all that results depend on now. `before` is the hash before this change if the change did no more
-   than move occluders, otherwise 0. */
+/* Notes all that results depend on now. before: the hash before, if no more than occluders moved, else 0. */
 static void sfield__note_change(sfield_scene *s, uint64_t before)
 {
     s->before_hash = before;
     s->now_hash = sfield__hash(s->entities_hash, s->sky_hash) | 1;
 }
 
-/* Compares the new entities with those before. Notes which occluders moved, and whether nothing else has
-   changed. */
+/* Compares the new entities with those before. Notes which occluders moved, and whether nothing else has. */
 static void sfield__note_moves(const sfield_scene *s, sfield_scene *n)
 {
     int alike = n->item_count == s->item_count && n->item_count > 0;
@@ -8647,6 +8783,9 @@ static sfield_result sfield__make_lists(sfield_scene *n, const sfield_entity *en
     if (turned && !sfield__make_all_taps(n, turned)) return SFIELD_ERR_ALLOC;
 #endif
     n->maps = turned;
+#ifndef SFIELD_WITHOUT_HIERARCHY
+    if (!sfield__make_tree(n)) return SFIELD_ERR_ALLOC;
+#endif
     for (i = n->light_count; i-- > 0;)
         for (j = 0; j < n->occluder_count; j++) {
             const sfield__item *a = &n->item[n->light[i]], *b = &n->item[n->occluder[j]];
@@ -8677,6 +8816,9 @@ SFIELD_DEF sfield_result sfield_scene_entities(sfield_scene *s, const sfield_ent
     n.occluder = n.light = NULL;
     n.taps = NULL;
     n.moved = NULL;
+#ifndef SFIELD_WITHOUT_HIERARCHY
+    memset(&n.tree, 0, sizeof n.tree);
+#endif
     n.occluder_count = n.light_count = n.overlaps = 0;
     n.item_count = (uint32_t)count;
     result = sfield__make_lists(&n, entities, count);
@@ -8694,8 +8836,7 @@ SFIELD_DEF sfield_result sfield_scene_entities(sfield_scene *s, const sfield_ent
 
 /* ---- scenes: distant light ---- */
 
-/* What a texel of the cube receives from the map: sums of radiance by solid angle, and the least radiance of
-   each channel. */
+/* What a texel of the cube receives from the map: radiance by solid angle, the least of each channel. */
 typedef struct sfield__gathered { double rgb[3], angle; float least[3]; } sfield__gathered;
 
 static void sfield__gather_cell(sfield__gathered *g, const float *rgb, double angle)
@@ -9127,7 +9268,6 @@ typedef struct sfield__tile {
     int       sky;                              /* 1: there is an environment */
     int       chains;                           /* 2 with a lobe, otherwise 1 */
     int       all_round;                        /* not 0: occluders below the horizon count too */
-    float    *light_d2;                         /* 16 squared distances of each light */
     uint16_t *mask;                             /* [light][occluder in order]: lanes for which it is nearer */
     uint64_t  set_hash;                         /* sfield__hash_set */
     uint64_t *hash, occluders_hash;             /* with a cache: what T of each light depends on, and T behind
@@ -9162,7 +9302,6 @@ static uint64_t sfield__carve_tile(sfield__tile *t, uint8_t *memory, uint32_t oc
     SFIELD__CARVE(turned, float, c);
     SFIELD__CARVE(d2, float, n * SFIELD__LANES);
     SFIELD__CARVE(factor, float, n * SFIELD__LANES);
-    SFIELD__CARVE(light_d2, float, slots * SFIELD__LANES);
     SFIELD__CARVE(mean, float, n);
     SFIELD__CARVE(widest, float, n);
     SFIELD__CARVE(farthest, float, n);
@@ -9249,8 +9388,7 @@ static void sfield__move_to_local(const sfield__item *it, int which, const float
 }
 
 /* Returns whether light j is the entity that the points lie on. All of its light comes from below their
-   horizon, or is hidden by their self-visibility: what would be added is ringing, of the strongest light
-   there is. */
+   horizon, or is hidden by their self-visibility: only ringing would be added, of the strongest light. */
 static int sfield__is_own(const sfield__tile *t, uint32_t j)
 {
     return j < t->lights && t->s->light[j] + 1 == t->set->entity;
@@ -9266,40 +9404,64 @@ static uint32_t sfield__lights_of(const sfield_scene *s, const sfield_points *se
 
 /* ---- shading: which occluders count for which points ---- */
 
-/* Finds the occluders that count for any lane, in reach (third rule) and, but for incident radiance, not
-   below the horizon (first), from near to far by the middle of the tile. */
+/* Returns 1 if the points of a set lie on an entity that hides, else 0. */
+static uint32_t sfield__is_on_occluder(const sfield_scene *s, const sfield_points *set)
+{
+    return set->entity && s->item[set->entity - 1].e.occlusion ? 1u : 0u;
+}
+
+/* Returns whether candidate a lies behind candidate b; equal ones keep the order of the scene. */
+static int sfield__is_after(const sfield__tile *t, uint32_t a, uint32_t b)
+{
+    return t->mean[a] > t->mean[b] || (!(t->mean[a] < t->mean[b]) && t->item[a] > t->item[b]);
+}
+
+/* Puts an occluder among the candidates, from near to far by the middle of the tile, if it counts for any
+   lane: in reach (third rule) and, but for incident radiance, not below the horizon (first). */
+static void sfield__try_candidate(sfield__tile *t, uint32_t item)
+{
+    const sfield__item *it = &t->s->item[item];
+    const float *c = it->center[0], x = c[0] - t->middle[0], y = c[1] - t->middle[1], z = c[2] - t->middle[2];
+    const float mean = sqrtf(x * x + y * y + z * z), least = mean - t->extent;
+    uint32_t j, near_by, used;
+    if (item + 1 == t->set->entity || !(least < it->reach)) return;
+    used = sfield__look_at16(t->p, t->n, c, it->reach * it->reach, -it->radius[0],
+                             t->d2 + (size_t)t->count * SFIELD__LANES, t->s->simd);
+    near_by = used & t->active;
+    used = t->all_round ? near_by : near_by & used >> 16;
+    t->stats.culled_far -= sfield__popcount(near_by);
+    t->stats.culled_horizon += sfield__popcount(near_by & ~used);
+    if (!used) return;
+    t->farthest[t->count] = mean + t->extent;
+    t->widest[t->count] = least > it->inscribed ? it->inscribed / least : 1;
+    t->used[t->count] = used;
+    t->item[t->count] = item;
+    t->mean[t->count] = mean;
+    t->state[t->count] = SFIELD__NOT_FETCHED;
+    for (j = t->count; j > 0 && sfield__is_after(t, t->order[j - 1], t->count); j--)
+        t->order[j] = t->order[j - 1];
+    t->order[j] = t->count++;
+}
+
+/* Finds the occluders that count for any lane. All are far until they prove to be near. */
 static void sfield__find_candidates(sfield__tile *t)
 {
     const sfield_scene *s = t->s;
-    uint32_t i, j;
+    const uint32_t others = s->occluder_count - sfield__is_on_occluder(s, t->set);
+    uint32_t i;
+#ifndef SFIELD_WITHOUT_HIERARCHY
+    sfield__walk w;
+#endif
     t->count = 0;
     sfield__bound_lanes(t);
-    for (i = 0; i < s->occluder_count; i++) {
-        const sfield__item *it = &s->item[s->occluder[i]];
-        float *d2 = t->d2 + (size_t)t->count * SFIELD__LANES;
-        const float *c = it->center[0], x = c[0] - t->middle[0], y = c[1] - t->middle[1],
-                    z = c[2] - t->middle[2];
-        const float mean = sqrtf(x * x + y * y + z * z), least = mean - t->extent;
-        uint32_t near_by = 0, used = 0;
-        if (s->occluder[i] + 1 == t->set->entity) continue;
-        if (least < it->reach) {
-            used = sfield__look_at16(t->p, t->n, c, it->reach * it->reach, -it->radius[0], d2, s->simd);
-            near_by = used & t->active;
-            used = t->all_round ? near_by : near_by & used >> 16;
-        }
-        t->stats.pairs += t->lanes;
-        t->stats.culled_far += sfield__popcount(t->active & ~near_by);
-        t->stats.culled_horizon += sfield__popcount(near_by & ~used);
-        if (!used) continue;
-        t->farthest[t->count] = mean + t->extent;
-        t->widest[t->count] = least > it->inscribed ? it->inscribed / least : 1;
-        t->used[t->count] = used;
-        t->item[t->count] = s->occluder[i];
-        t->mean[t->count] = mean;
-        t->state[t->count] = SFIELD__NOT_FETCHED;
-        for (j = t->count; j > 0 && t->mean[t->order[j - 1]] > mean; j--) t->order[j] = t->order[j - 1];
-        t->order[j] = t->count++;
-    }
+    t->stats.pairs += (uint64_t)t->lanes * others;
+    t->stats.culled_far += (uint64_t)sfield__popcount(t->active) * others;
+#ifdef SFIELD_WITHOUT_HIERARCHY
+    for (i = 0; i < s->occluder_count; i++) sfield__try_candidate(t, s->occluder[i]);
+#else
+    sfield__start_walk(&w, s, t->middle, t->extent);
+    while ((i = sfield__next_near(&w)) != SFIELD__NONE) sfield__try_candidate(t, i);
+#endif
 }
 
 /* Computes what is left of each candidate for each lane. */
@@ -9314,12 +9476,32 @@ static void sfield__fade_candidates(sfield__tile *t)
     }
 }
 
+#ifndef SFIELD_WITHOUT_HIERARCHY
+/* Returns whether light j lies behind all candidates as each lane sees them, by more than what roundings come
+   to. The environment does. */
+static int sfield__is_behind(const sfield__tile *t, uint32_t j, float farthest)
+{
+    const float *m = t->middle, slack = 1e-6f * (fabsf(m[0]) + fabsf(m[1]) + fabsf(m[2])) + 1e-18f;
+    const sfield__item *it;
+    float d;
+    if (j == t->lights) return 1;
+    it = &t->s->item[t->s->light[j]];
+    d = sfield__v3_length(sfield__v3_sub(sfield__v3_load(it->center[1]), sfield__v3_load(m)));
+    return !it->e.occlusion && d < 1e18f && 0.9999f * d > farthest + 2 * (t->extent + slack);
+}
+#endif
+
 /* Finds, for each light, the lanes for which each occluder counts and is nearer than the light. */
 static void sfield__find_masks(sfield__tile *t)
 {
     const sfield_scene *s = t->s;
     const int cached = t->set->cache != NULL;
+    float light[SFIELD__LANES];
     uint32_t j, i;
+#ifndef SFIELD_WITHOUT_HIERARCHY
+    float farthest = 0;
+    for (i = 0; i < t->count; i++) farthest = t->farthest[i] > farthest ? t->farthest[i] : farthest;
+#endif
     t->occluders_hash = t->set_hash;
     for (i = 0; i < t->count && cached; i++) {
         const uint32_t o = t->order[i];
@@ -9329,15 +9511,20 @@ static void sfield__find_masks(sfield__tile *t)
     t->occluders_hash |= 1;
     for (j = 0; j < t->lights + (uint32_t)t->sky; j++) {
         uint16_t *mask = t->mask + (size_t)j * (s->occluder_count ? s->occluder_count : 1);
-        float *light = t->light_d2 + (size_t)j * SFIELD__LANES;
-        uint32_t own = j < t->lights ? s->light[j] : SFIELD__NONE, prefix = 0;
+        const uint32_t own = j < t->lights ? s->light[j] : SFIELD__NONE;
+#ifdef SFIELD_WITHOUT_HIERARCHY
+        const int behind = j == t->lights;
+#else
+        const int behind = sfield__is_behind(t, j, farthest);
+#endif
+        uint32_t prefix = 0;
         if (sfield__is_own(t, j)) continue;
-        if (j < t->lights) sfield__measure_distances(t->p, s->item[own].center[1], light);
+        if (!behind) sfield__measure_distances(t->p, s->item[own].center[1], light);
         t->hash[j] = t->set_hash;
         for (i = 0; i < t->count; i++) {
             const uint32_t o = t->order[i], used = t->used[o];
             uint32_t bits = used;
-            if (j < t->lights)
+            if (!behind)
                 bits = t->item[o] == own
                            ? 0
                            : used & sfield__nearer16(t->d2 + (size_t)o * SFIELD__LANES, light, s->simd);
@@ -9463,8 +9650,7 @@ static void sfield__fill_lobe(const sfield__tile *t, float *out)
     }
 }
 
-/* Computes T before any other entity: the visibility of the own object times the cosine, and that times the
-   lobe. */
+/* Computes T before any other entity: own visibility times the cosine, and that times the lobe. */
 static void sfield__start_tile(sfield__tile *t)
 {
     const sfield_scene *s = t->s;
@@ -9567,11 +9753,13 @@ static void sfield__add_source(const sfield__item *it, const float (*sum)[SFIELD
 {
     const sfield_field *f = it->e.source;
     uint32_t c, l;
-    for (c = 0; c < 3; c++)
-        for (l = 0; l < SFIELD__LANES; l++) {
-            const float own = f->tone < 3 ? f->ratio[c] * sum[f->tone][l] : sum[c][l];
-            rgb[c * SFIELD__LANES + l] += it->e.tint[c] * own;
-        }
+    for (c = 0; c < 3; c++, rgb += SFIELD__LANES) {
+        const float *row = sum[f->tone < 3 ? f->tone : c], tint = it->e.tint[c];
+        const float ratio = f->tone < 3 ? f->ratio[c] : 1.0f;
+        float own[SFIELD__LANES];               /* a copy, so that compilers know it apart from rgb */
+        for (l = 0; l < SFIELD__LANES; l++) own[l] = ratio * row[l];
+        for (l = 0; l < SFIELD__LANES; l++) rgb[l] += tint * own[l];
+    }
 }
 
 /* Computes the dot products of a source's coefficients with T. Each lane is interpolated by itself. */
@@ -9623,8 +9811,7 @@ static int sfield__shine_shared(const sfield__tile *t, const sfield__item *it, c
     return count != 0;
 }
 
-/* Does the same for any number of bands: those whose coefficients do not fill eights are added up in a
-   row. */
+/* Does the same for any number of bands: coefficients that do not fill eights are added up in a row. */
 static void sfield__shine_rows(const sfield__tile *t, const sfield__item *it, const sfield__place *at,
                                const float *chain, float (*sum)[SFIELD__LANES])
 {
@@ -9851,8 +10038,7 @@ static void sfield__exchange_kept(sfield__tile *t, sfield_cache *cache, uint32_t
 }
 #endif
 
-/* Finds the lights whose T has to be computed, since no cache keeps it or it is out of date. Returns how many
-   there are. */
+/* Finds the lights whose T has to be computed: no cache keeps it, or an old one. Returns how many. */
 static uint32_t sfield__find_needed(sfield__tile *t, const sfield_cache *cache, uint32_t slots)
 {
     uint32_t j, needed = 0;
@@ -9908,8 +10094,7 @@ static void sfield__shade_tile(sfield__tile *t)
 #endif
 }
 
-/* Returns the lanes for which light j lies just before occluder i - 1 of the order, or, of i = 0, before
-   all. */
+/* Returns the lanes for which light j lies just before occluder i - 1 of the order; i = 0: before all. */
 static uint32_t sfield__find_lanes_behind(const sfield__tile *t, uint32_t j, uint32_t i)
 {
     const uint16_t *mask = t->mask + (size_t)j * t->s->occluder_count;
@@ -10112,42 +10297,54 @@ static void sfield__find_lists_of(const sfield__item *it, int which, const float
     sfield__find_lists(f, &at, 0, time, lists);
 }
 
+/* Puts an occluder in reach and above the horizon, or a light, among the `count` entities of a point, from
+   near to far; equally far ones in the order of the scene, a light before the occluder that it also is.
+   Returns how many there are. */
+static uint32_t sfield__add_ray(sfield__point *p, const float *x, const float *n, uint32_t item, int light,
+                                uint32_t count)
+{
+    const sfield__item *it = &p->s->item[item];
+    const float *c = it->center[light >= 0];
+    sfield__ray *r = p->ray, *to = r + count;
+    float d[3], d2;
+    if (item + 1 == p->set->entity) return count;           /* neither hides nor lights its own points */
+    d[0] = c[0] - x[0];
+    d[1] = c[1] - x[1];
+    d[2] = c[2] - x[2];
+    d2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+    if (light < 0) {
+        if (!(d2 < it->reach * it->reach)) return count;
+        p->stats.culled_far--;
+        if (d[0] * n[0] + d[1] * n[1] + d[2] * n[2] <= -it->radius[0]) {
+            p->stats.culled_horizon++;
+            return count;
+        }
+    }
+    for (; to > r && (to[-1].d2 > d2 || (!(to[-1].d2 < d2) && to[-1].item > item)); to--) *to = to[-1];
+    to->d2 = d2;
+    to->item = item;
+    to->light = light;
+    return count + 1;
+}
+
 /* Finds the entities of a point from near to far: occluders in reach and above the horizon, and lights. */
 static uint32_t sfield__find_rays(sfield__point *p, const float *x, const float *n)
 {
     const sfield_scene *s = p->s;
-    uint32_t i, j, count = 0, lights = 0;
-    for (i = 0; i < s->item_count; i++) {
-        const sfield__item *it = &s->item[i];
-        int which;
-        for (which = 1; which >= 0; which--) {
-            const float *c = it->center[which];
-            float d[3], d2;
-            int light = which ? (int)lights : -1;
-            if (which ? !it->e.source : !it->e.occlusion) continue;
-            lights += (uint32_t)which;
-            if (i + 1 == p->set->entity) continue;          /* neither hides nor lights its own points */
-            d[0] = c[0] - x[0];
-            d[1] = c[1] - x[1];
-            d[2] = c[2] - x[2];
-            d2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-            if (!which) {
-                p->stats.pairs++;
-                if (!(d2 < it->reach * it->reach)) {
-                    p->stats.culled_far++;
-                    continue;
-                }
-                if (d[0] * n[0] + d[1] * n[1] + d[2] * n[2] <= -it->radius[0]) {
-                    p->stats.culled_horizon++;
-                    continue;
-                }
-            }
-            for (j = count++; j > 0 && p->ray[j - 1].d2 > d2; j--) p->ray[j] = p->ray[j - 1];
-            p->ray[j].d2 = d2;
-            p->ray[j].item = i;
-            p->ray[j].light = light;
-        }
-    }
+    const uint32_t others = s->occluder_count - sfield__is_on_occluder(s, p->set);
+    uint32_t i, count = 0;
+#ifndef SFIELD_WITHOUT_HIERARCHY
+    sfield__walk w;
+#endif
+    p->stats.pairs += others;
+    p->stats.culled_far += others;
+    for (i = 0; i < s->light_count; i++) count = sfield__add_ray(p, x, n, s->light[i], (int)i, count);
+#ifdef SFIELD_WITHOUT_HIERARCHY
+    for (i = 0; i < s->occluder_count; i++) count = sfield__add_ray(p, x, n, s->occluder[i], -1, count);
+#else
+    sfield__start_walk(&w, s, x, 0);
+    while ((i = sfield__next_near(&w)) != SFIELD__NONE) count = sfield__add_ray(p, x, n, i, -1, count);
+#endif
     return count;
 }
 

@@ -75,6 +75,7 @@ int bn_sfield_build(const bn_options *options);
 int bn_sfield_algebra(const bn_options *options);
 int bn_sfield_accuracy(const bn_options *options);
 int bn_sfield_chess(const bn_options *options);
+int bn_sfield_crowd(const bn_options *options);
 int bn_sfield_wavelet(const bn_options *options);
 int bn_envshadow_lights(const bn_options *options);
 int bn_ism(const bn_options *options);

@@ -32,6 +32,7 @@ static const struct { const char *name, *what; int (*run)(const bn_options *opti
     { "sfield_build", "shadow fields of a sphere, a lamp and a real model: time to build", bn_sfield_build },
     { "sfield_algebra", "products, rotations and dot products of spherical harmonics a second", bn_sfield_algebra },
     { "sfield_chess", "shadow fields in harmonics: 32 moving chess pieces, errors against rays", bn_sfield_chess },
+    { "sfield_crowd", "shadow fields in harmonics: 1,000 bodies and 64 lamps beside 32 and 4", bn_sfield_crowd },
     { "sfield_wavelet", "shadow fields in wavelets: spaceships, budgets, both ways of the product", bn_sfield_wavelet },
     { "sfield_accuracy", "shadows on a plane against rays, split into the steps of the method", bn_sfield_accuracy },
     { "envshadow_lights", "time, energy and error of k lights by each method", bn_envshadow_lights },

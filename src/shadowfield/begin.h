@@ -12,8 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The name of this file, by which it includes itself (see kernels_begin.h). Define SFIELD_FILE if you renamed
-   it. */
+/* The name by which this file includes itself (see kernels_begin.h). Define SFIELD_FILE if you renamed it. */
 #ifndef SFIELD_FILE
 #define SFIELD_FILE "shadowfield.h"
 #endif

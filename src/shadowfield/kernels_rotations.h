@@ -25,8 +25,7 @@ SFIELD__KERNEL static void sfield__rotate(const sfield_rotation *rotation, const
     }
 }
 
-/* Four bands without loops over a row, in bands of 3, 5 and 7 that registers hold. m: a row; s: its
-   stride. */
+/* Four bands without loops over a row, in bands of 3, 5 and 7 that registers hold. m: a row; s: stride. */
 typedef struct sfield__held { sfield__lanes x0, x1, x2, x3, x4, x5, x6; } sfield__held;
 
 static inline SFIELD__IN_KERNEL sfield__lanes sfield__row3(const float *m, uint32_t s, const sfield__held *h)

@@ -1,7 +1,6 @@
 /* ---- kernels: between eight samples ---- */
 
-/* See sfield__widen_samples. What is written after a sample's last value is overwritten by the next
-   sample. */
+/* See sfield__widen_samples. What is written after a sample's last value gives way to the next sample. */
 SFIELD__KERNEL static void sfield__widen(const sfield_field *f, const uint8_t *first, uint32_t n, float *out)
 {
     const size_t stride = f->h.stride, row = f->h.position_side * stride,
@@ -84,8 +83,7 @@ SFIELD__KERNEL static void sfield__mix(const sfield_field *f, const sfield__betw
     sfield__mix_row(f, at->base, at->group, 0, n, &w, out);
 }
 
-/* Interpolates one coefficient between the four samples of a shell, which are q[0], q[n], q[2 n] and q[3 n].
-   */
+/* Interpolates one coefficient between the four samples of a shell: q[0], q[n], q[2 n] and q[3 n]. */
 static inline SFIELD__IN_KERNEL sfield__lanes sfield__between_four(const sfield__corner_weights *w,
                                                                    const float *q,
                                                                    uint32_t n, float scale, float bias)
@@ -97,8 +95,7 @@ static inline SFIELD__IN_KERNEL sfield__lanes sfield__between_four(const sfield_
     return sfield__lanes_muladd(sum, sfield__lanes_all(scale), sfield__lanes_all(bias));
 }
 
-/* Copies of the pointers to scale and bias of both shells. Compilers would otherwise load them again after
-   every store of a kernel. */
+/* Copies of the pointers to scale and bias of both shells, or compilers load them again after every store. */
 typedef struct sfield__shells { const float *q, *s0, *b0, *s1, *b1; uint32_t n; } sfield__shells;
 
 static inline SFIELD__IN_KERNEL sfield__shells sfield__shells_of(const sfield__eight *c)

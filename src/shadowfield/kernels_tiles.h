@@ -79,7 +79,10 @@ SFIELD__KERNEL static void sfield__locate(const sfield_field *f, const float *p,
     face = sfield__lanes_select(is_x, zero, face);
     face = sfield__lanes_add(face, sfield__lanes_select(up, zero, one));
     d2 = sfield__lanes_add(d2, sfield__lanes_mul(z, z));
-    for (k = 0; k < f->h.shells; k++) {
+    /* from far away all are outside */
+    k = sfield__mask_bits(sfield__lanes_at_least(d2, sfield__lanes_all(f->radius2[f->h.shells - 2])));
+    if (k == 0xffff) shell = sfield__lanes_all((float)f->h.shells);
+    for (k = k == 0xffff ? f->h.shells : 0; k < f->h.shells; k++) {
         const sfield__lane_mask outside = sfield__lanes_at_least(d2, sfield__lanes_all(f->radius2[k]));
         if (!sfield__mask_any(outside)) break;
         shell = sfield__lanes_add(shell, sfield__lanes_keep(outside, one));
@@ -154,8 +157,7 @@ SFIELD__KERNEL static uint32_t sfield__look_at(const float *p, const float *n, c
            sfield__mask_bits(sfield__lanes_greater(h, sfield__lanes_all(low))) << 16;
 }
 
-/* Computes what is left of an occluder: 1 up to three quarters of its reach, 0 for lanes that do not
-   count. */
+/* Computes what is left of an occluder: 1 up to 3/4 of its reach, 0 for lanes that do not count. */
 SFIELD__KERNEL static void sfield__fade(const float *d2, float inverse_reach, uint32_t lanes, float *factor)
 {
     const sfield__lanes one = sfield__lanes_all(1);

@@ -16,8 +16,7 @@ static uint32_t sfield__same16(const int32_t *base, int32_t wanted, int simd);
 /* Copies n floats, planes of 16, with zeros where a mask has no bit. */
 static void sfield__select16(const float *in, uint32_t n, uint32_t mask, float *out, int simd);
 
-/* Finds the frames before and after a time, and returns how far it is on the way. Loops have no beginning
-   either. */
+/* Finds the frames before and after a time, and returns how far it is on the way. Loops do not begin. */
 static float sfield__frames_at(const sfield_field *f, float time, uint32_t *before, uint32_t *after)
 {
     float n = (float)f->h.frames, t = sfield__finite(time) ? time * f->h.frames_per_second : 0;
@@ -96,8 +95,7 @@ typedef struct sfield__eight {
 static void sfield__widen_samples(const sfield_field *f, const uint8_t *first, uint32_t n, float *out,
                                   int simd);
 
-/* Groups lanes by the eight samples that they lie between. Returns how many groups there are, or 0 if lane by
-   lane costs less. */
+/* Groups lanes by the eight samples that they lie between. Returns how many; 0 if lane by lane costs less. */
 static uint32_t sfield__group_lanes(const sfield__place *at, uint32_t lanes, uint32_t *group, int simd)
 {
     const uint32_t most = sfield__popcount(lanes) / SFIELD__SHARED;

@@ -8,6 +8,10 @@ static void sfield__free_lists(sfield_scene *s)
     sfield__free(&s->allocator, s->light);
     sfield__free(&s->allocator, s->taps);
     sfield__free(&s->allocator, s->moved);
+#ifndef SFIELD_WITHOUT_HIERARCHY
+    sfield__free(&s->allocator, s->tree.keys);
+    sfield__free(&s->allocator, s->tree.ball);
+#endif
 }
 
 SFIELD_DEF void sfield_scene_free(sfield_scene *s)
@@ -212,16 +216,14 @@ static sfield_result sfield__make_item(const sfield_scene *s, const sfield_entit
     return sfield_sh_rotation(s->algebra, e->transform, rotation);
 }
 
-/* Notes all that results depend on now. `before` is the hash before this change if the change did no more
-   than move occluders, otherwise 0. */
+/* Notes all that results depend on now. before: the hash before, if no more than occluders moved, else 0. */
 static void sfield__note_change(sfield_scene *s, uint64_t before)
 {
     s->before_hash = before;
     s->now_hash = sfield__hash(s->entities_hash, s->sky_hash) | 1;
 }
 
-/* Compares the new entities with those before. Notes which occluders moved, and whether nothing else has
-   changed. */
+/* Compares the new entities with those before. Notes which occluders moved, and whether nothing else has. */
 static void sfield__note_moves(const sfield_scene *s, sfield_scene *n)
 {
     int alike = n->item_count == s->item_count && n->item_count > 0;
@@ -272,6 +274,9 @@ static sfield_result sfield__make_lists(sfield_scene *n, const sfield_entity *en
     if (turned && !sfield__make_all_taps(n, turned)) return SFIELD_ERR_ALLOC;
 #endif
     n->maps = turned;
+#ifndef SFIELD_WITHOUT_HIERARCHY
+    if (!sfield__make_tree(n)) return SFIELD_ERR_ALLOC;
+#endif
     for (i = n->light_count; i-- > 0;)
         for (j = 0; j < n->occluder_count; j++) {
             const sfield__item *a = &n->item[n->light[i]], *b = &n->item[n->occluder[j]];
@@ -302,6 +307,9 @@ SFIELD_DEF sfield_result sfield_scene_entities(sfield_scene *s, const sfield_ent
     n.occluder = n.light = NULL;
     n.taps = NULL;
     n.moved = NULL;
+#ifndef SFIELD_WITHOUT_HIERARCHY
+    memset(&n.tree, 0, sizeof n.tree);
+#endif
     n.occluder_count = n.light_count = n.overlaps = 0;
     n.item_count = (uint32_t)count;
     result = sfield__make_lists(&n, entities, count);

@@ -20,6 +20,23 @@ typedef struct sfield__item {       /* of an entity */
 
 typedef struct sfield__taps { uint16_t texel[4]; float weight[4]; } sfield__taps;
 
+#ifndef SFIELD_WITHOUT_HIERARCHY
+typedef struct sfield__ball { float center[3], radius; } sfield__ball;
+
+typedef struct sfield__tree {       /* occluders along a curve, and spheres about what they reach */
+    uint64_t     *keys, *order;     /* of each occluder: its place along the curve, and in the lower half its
+                                       item. Room for twice as many; half of it, where they are in order */
+    sfield__ball *ball, *level[8];  /* of 4 occluders each, of 16, ... */
+    uint32_t      count, levels;
+} sfield__tree;
+
+typedef struct sfield__walk {       /* how far the occluders are looked through that may reach a sphere */
+    const sfield__tree *tree;
+    float    middle[3], extent;
+    uint32_t at, level;
+} sfield__walk;
+#endif
+
 struct sfield_scene {
     sfield__allocator allocator;
     sfield_scene_desc desc;
@@ -31,6 +48,9 @@ struct sfield_scene {
     sfield__taps     *taps;
     uint32_t *occluder, *light, item_count, occluder_count;
     uint32_t light_count, overlaps, maps;
+#ifndef SFIELD_WITHOUT_HIERARCHY
+    sfield__tree tree;
+#endif
     /* Hashes of all that results depend on besides the points: the entities, the environment; both; and both
        as they were before the last change, 0 if that did more than move the occluders of `moved`. */
     uint64_t          entities_hash, sky_hash, now_hash, before_hash;

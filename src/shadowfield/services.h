@@ -82,8 +82,7 @@ static int sfield__check_value(const sfield__logger *log, int good, const char *
     return good;
 }
 
-/* Returns what a vector of an array is: 1 unit, 0 left out (zero, or not finite), -1 of another length, which
-   is an error. */
+/* Returns what a vector of an array is: 1 unit, 0 left out (zero, or not finite), -1 an error of length. */
 static int sfield__unit_vector(const float *v)
 {
     const float nn = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
@@ -119,8 +118,7 @@ static const float *sfield__row(const float *base, size_t stride, size_t i)
     return (const float *)(const void *)((const char *)(const void *)base + i * (stride ? stride : 12));
 }
 
-/* Returns whether positions and normals are there and their strides are good. If not, a line says what is
-   wrong. */
+/* Returns whether positions and normals are there with good strides. If not, a line says what is wrong. */
 static int sfield__points_good(const sfield__logger *log, const sfield_points *p)
 {
     if (!p->positions || !p->normals) {
@@ -133,8 +131,7 @@ static int sfield__points_good(const sfield__logger *log, const sfield_points *p
                         (double)p->normal_stride, "0, or a multiple of 4 of at least 12");
 }
 
-/* Returns the power of two that brings x > 0 to 1 or just above. In such units squares stay in range, and no
-   bit changes. */
+/* Returns the power of two that brings x > 0 to 1 or just above: squares stay in range, bits the same. */
 static float sfield__unit(float x)
 {
     uint32_t e = sfield__to_bits(x) >> 23;

@@ -1,39 +1,63 @@
 /* ---- shading: which occluders count for which points ---- */
 
-/* Finds the occluders that count for any lane, in reach (third rule) and, but for incident radiance, not
-   below the horizon (first), from near to far by the middle of the tile. */
+/* Returns 1 if the points of a set lie on an entity that hides, else 0. */
+static uint32_t sfield__is_on_occluder(const sfield_scene *s, const sfield_points *set)
+{
+    return set->entity && s->item[set->entity - 1].e.occlusion ? 1u : 0u;
+}
+
+/* Returns whether candidate a lies behind candidate b; equal ones keep the order of the scene. */
+static int sfield__is_after(const sfield__tile *t, uint32_t a, uint32_t b)
+{
+    return t->mean[a] > t->mean[b] || (!(t->mean[a] < t->mean[b]) && t->item[a] > t->item[b]);
+}
+
+/* Puts an occluder among the candidates, from near to far by the middle of the tile, if it counts for any
+   lane: in reach (third rule) and, but for incident radiance, not below the horizon (first). */
+static void sfield__try_candidate(sfield__tile *t, uint32_t item)
+{
+    const sfield__item *it = &t->s->item[item];
+    const float *c = it->center[0], x = c[0] - t->middle[0], y = c[1] - t->middle[1], z = c[2] - t->middle[2];
+    const float mean = sqrtf(x * x + y * y + z * z), least = mean - t->extent;
+    uint32_t j, near_by, used;
+    if (item + 1 == t->set->entity || !(least < it->reach)) return;
+    used = sfield__look_at16(t->p, t->n, c, it->reach * it->reach, -it->radius[0],
+                             t->d2 + (size_t)t->count * SFIELD__LANES, t->s->simd);
+    near_by = used & t->active;
+    used = t->all_round ? near_by : near_by & used >> 16;
+    t->stats.culled_far -= sfield__popcount(near_by);
+    t->stats.culled_horizon += sfield__popcount(near_by & ~used);
+    if (!used) return;
+    t->farthest[t->count] = mean + t->extent;
+    t->widest[t->count] = least > it->inscribed ? it->inscribed / least : 1;
+    t->used[t->count] = used;
+    t->item[t->count] = item;
+    t->mean[t->count] = mean;
+    t->state[t->count] = SFIELD__NOT_FETCHED;
+    for (j = t->count; j > 0 && sfield__is_after(t, t->order[j - 1], t->count); j--)
+        t->order[j] = t->order[j - 1];
+    t->order[j] = t->count++;
+}
+
+/* Finds the occluders that count for any lane. All are far until they prove to be near. */
 static void sfield__find_candidates(sfield__tile *t)
 {
     const sfield_scene *s = t->s;
-    uint32_t i, j;
+    const uint32_t others = s->occluder_count - sfield__is_on_occluder(s, t->set);
+    uint32_t i;
+#ifndef SFIELD_WITHOUT_HIERARCHY
+    sfield__walk w;
+#endif
     t->count = 0;
     sfield__bound_lanes(t);
-    for (i = 0; i < s->occluder_count; i++) {
-        const sfield__item *it = &s->item[s->occluder[i]];
-        float *d2 = t->d2 + (size_t)t->count * SFIELD__LANES;
-        const float *c = it->center[0], x = c[0] - t->middle[0], y = c[1] - t->middle[1],
-                    z = c[2] - t->middle[2];
-        const float mean = sqrtf(x * x + y * y + z * z), least = mean - t->extent;
-        uint32_t near_by = 0, used = 0;
-        if (s->occluder[i] + 1 == t->set->entity) continue;
-        if (least < it->reach) {
-            used = sfield__look_at16(t->p, t->n, c, it->reach * it->reach, -it->radius[0], d2, s->simd);
-            near_by = used & t->active;
-            used = t->all_round ? near_by : near_by & used >> 16;
-        }
-        t->stats.pairs += t->lanes;
-        t->stats.culled_far += sfield__popcount(t->active & ~near_by);
-        t->stats.culled_horizon += sfield__popcount(near_by & ~used);
-        if (!used) continue;
-        t->farthest[t->count] = mean + t->extent;
-        t->widest[t->count] = least > it->inscribed ? it->inscribed / least : 1;
-        t->used[t->count] = used;
-        t->item[t->count] = s->occluder[i];
-        t->mean[t->count] = mean;
-        t->state[t->count] = SFIELD__NOT_FETCHED;
-        for (j = t->count; j > 0 && t->mean[t->order[j - 1]] > mean; j--) t->order[j] = t->order[j - 1];
-        t->order[j] = t->count++;
-    }
+    t->stats.pairs += (uint64_t)t->lanes * others;
+    t->stats.culled_far += (uint64_t)sfield__popcount(t->active) * others;
+#ifdef SFIELD_WITHOUT_HIERARCHY
+    for (i = 0; i < s->occluder_count; i++) sfield__try_candidate(t, s->occluder[i]);
+#else
+    sfield__start_walk(&w, s, t->middle, t->extent);
+    while ((i = sfield__next_near(&w)) != SFIELD__NONE) sfield__try_candidate(t, i);
+#endif
 }
 
 /* Computes what is left of each candidate for each lane. */
@@ -48,12 +72,32 @@ static void sfield__fade_candidates(sfield__tile *t)
     }
 }
 
+#ifndef SFIELD_WITHOUT_HIERARCHY
+/* Returns whether light j lies behind all candidates as each lane sees them, by more than what roundings come
+   to. The environment does. */
+static int sfield__is_behind(const sfield__tile *t, uint32_t j, float farthest)
+{
+    const float *m = t->middle, slack = 1e-6f * (fabsf(m[0]) + fabsf(m[1]) + fabsf(m[2])) + 1e-18f;
+    const sfield__item *it;
+    float d;
+    if (j == t->lights) return 1;
+    it = &t->s->item[t->s->light[j]];
+    d = sfield__v3_length(sfield__v3_sub(sfield__v3_load(it->center[1]), sfield__v3_load(m)));
+    return !it->e.occlusion && d < 1e18f && 0.9999f * d > farthest + 2 * (t->extent + slack);
+}
+#endif
+
 /* Finds, for each light, the lanes for which each occluder counts and is nearer than the light. */
 static void sfield__find_masks(sfield__tile *t)
 {
     const sfield_scene *s = t->s;
     const int cached = t->set->cache != NULL;
+    float light[SFIELD__LANES];
     uint32_t j, i;
+#ifndef SFIELD_WITHOUT_HIERARCHY
+    float farthest = 0;
+    for (i = 0; i < t->count; i++) farthest = t->farthest[i] > farthest ? t->farthest[i] : farthest;
+#endif
     t->occluders_hash = t->set_hash;
     for (i = 0; i < t->count && cached; i++) {
         const uint32_t o = t->order[i];
@@ -63,15 +107,20 @@ static void sfield__find_masks(sfield__tile *t)
     t->occluders_hash |= 1;
     for (j = 0; j < t->lights + (uint32_t)t->sky; j++) {
         uint16_t *mask = t->mask + (size_t)j * (s->occluder_count ? s->occluder_count : 1);
-        float *light = t->light_d2 + (size_t)j * SFIELD__LANES;
-        uint32_t own = j < t->lights ? s->light[j] : SFIELD__NONE, prefix = 0;
+        const uint32_t own = j < t->lights ? s->light[j] : SFIELD__NONE;
+#ifdef SFIELD_WITHOUT_HIERARCHY
+        const int behind = j == t->lights;
+#else
+        const int behind = sfield__is_behind(t, j, farthest);
+#endif
+        uint32_t prefix = 0;
         if (sfield__is_own(t, j)) continue;
-        if (j < t->lights) sfield__measure_distances(t->p, s->item[own].center[1], light);
+        if (!behind) sfield__measure_distances(t->p, s->item[own].center[1], light);
         t->hash[j] = t->set_hash;
         for (i = 0; i < t->count; i++) {
             const uint32_t o = t->order[i], used = t->used[o];
             uint32_t bits = used;
-            if (j < t->lights)
+            if (!behind)
                 bits = t->item[o] == own
                            ? 0
                            : used & sfield__nearer16(t->d2 + (size_t)o * SFIELD__LANES, light, s->simd);

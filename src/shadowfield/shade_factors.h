@@ -68,8 +68,7 @@ static void sfield__fill_lobe(const sfield__tile *t, float *out)
     }
 }
 
-/* Computes T before any other entity: the visibility of the own object times the cosine, and that times the
-   lobe. */
+/* Computes T before any other entity: own visibility times the cosine, and that times the lobe. */
 static void sfield__start_tile(sfield__tile *t)
 {
     const sfield_scene *s = t->s;

@@ -5,11 +5,13 @@ static void sfield__add_source(const sfield__item *it, const float (*sum)[SFIELD
 {
     const sfield_field *f = it->e.source;
     uint32_t c, l;
-    for (c = 0; c < 3; c++)
-        for (l = 0; l < SFIELD__LANES; l++) {
-            const float own = f->tone < 3 ? f->ratio[c] * sum[f->tone][l] : sum[c][l];
-            rgb[c * SFIELD__LANES + l] += it->e.tint[c] * own;
-        }
+    for (c = 0; c < 3; c++, rgb += SFIELD__LANES) {
+        const float *row = sum[f->tone < 3 ? f->tone : c], tint = it->e.tint[c];
+        const float ratio = f->tone < 3 ? f->ratio[c] : 1.0f;
+        float own[SFIELD__LANES];               /* a copy, so that compilers know it apart from rgb */
+        for (l = 0; l < SFIELD__LANES; l++) own[l] = ratio * row[l];
+        for (l = 0; l < SFIELD__LANES; l++) rgb[l] += tint * own[l];
+    }
 }
 
 /* Computes the dot products of a source's coefficients with T. Each lane is interpolated by itself. */
@@ -61,8 +63,7 @@ static int sfield__shine_shared(const sfield__tile *t, const sfield__item *it, c
     return count != 0;
 }
 
-/* Does the same for any number of bands: those whose coefficients do not fill eights are added up in a
-   row. */
+/* Does the same for any number of bands: coefficients that do not fill eights are added up in a row. */
 static void sfield__shine_rows(const sfield__tile *t, const sfield__item *it, const sfield__place *at,
                                const float *chain, float (*sum)[SFIELD__LANES])
 {

@@ -141,8 +141,7 @@ static void sfield__exchange_kept(sfield__tile *t, sfield_cache *cache, uint32_t
 }
 #endif
 
-/* Finds the lights whose T has to be computed, since no cache keeps it or it is out of date. Returns how many
-   there are. */
+/* Finds the lights whose T has to be computed: no cache keeps it, or an old one. Returns how many. */
 static uint32_t sfield__find_needed(sfield__tile *t, const sfield_cache *cache, uint32_t slots)
 {
     uint32_t j, needed = 0;
@@ -198,8 +197,7 @@ static void sfield__shade_tile(sfield__tile *t)
 #endif
 }
 
-/* Returns the lanes for which light j lies just before occluder i - 1 of the order, or, of i = 0, before
-   all. */
+/* Returns the lanes for which light j lies just before occluder i - 1 of the order; i = 0: before all. */
 static uint32_t sfield__find_lanes_behind(const sfield__tile *t, uint32_t j, uint32_t i)
 {
     const uint16_t *mask = t->mask + (size_t)j * t->s->occluder_count;

@@ -25,7 +25,6 @@ typedef struct sfield__tile {
     int       sky;                              /* 1: there is an environment */
     int       chains;                           /* 2 with a lobe, otherwise 1 */
     int       all_round;                        /* not 0: occluders below the horizon count too */
-    float    *light_d2;                         /* 16 squared distances of each light */
     uint16_t *mask;                             /* [light][occluder in order]: lanes for which it is nearer */
     uint64_t  set_hash;                         /* sfield__hash_set */
     uint64_t *hash, occluders_hash;             /* with a cache: what T of each light depends on, and T behind
@@ -60,7 +59,6 @@ static uint64_t sfield__carve_tile(sfield__tile *t, uint8_t *memory, uint32_t oc
     SFIELD__CARVE(turned, float, c);
     SFIELD__CARVE(d2, float, n * SFIELD__LANES);
     SFIELD__CARVE(factor, float, n * SFIELD__LANES);
-    SFIELD__CARVE(light_d2, float, slots * SFIELD__LANES);
     SFIELD__CARVE(mean, float, n);
     SFIELD__CARVE(widest, float, n);
     SFIELD__CARVE(farthest, float, n);
@@ -147,8 +145,7 @@ static void sfield__move_to_local(const sfield__item *it, int which, const float
 }
 
 /* Returns whether light j is the entity that the points lie on. All of its light comes from below their
-   horizon, or is hidden by their self-visibility: what would be added is ringing, of the strongest light
-   there is. */
+   horizon, or is hidden by their self-visibility: only ringing would be added, of the strongest light. */
 static int sfield__is_own(const sfield__tile *t, uint32_t j)
 {
     return j < t->lights && t->s->light[j] + 1 == t->set->entity;

@@ -13,42 +13,54 @@ static void sfield__find_lists_of(const sfield__item *it, int which, const float
     sfield__find_lists(f, &at, 0, time, lists);
 }
 
+/* Puts an occluder in reach and above the horizon, or a light, among the `count` entities of a point, from
+   near to far; equally far ones in the order of the scene, a light before the occluder that it also is.
+   Returns how many there are. */
+static uint32_t sfield__add_ray(sfield__point *p, const float *x, const float *n, uint32_t item, int light,
+                                uint32_t count)
+{
+    const sfield__item *it = &p->s->item[item];
+    const float *c = it->center[light >= 0];
+    sfield__ray *r = p->ray, *to = r + count;
+    float d[3], d2;
+    if (item + 1 == p->set->entity) return count;           /* neither hides nor lights its own points */
+    d[0] = c[0] - x[0];
+    d[1] = c[1] - x[1];
+    d[2] = c[2] - x[2];
+    d2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+    if (light < 0) {
+        if (!(d2 < it->reach * it->reach)) return count;
+        p->stats.culled_far--;
+        if (d[0] * n[0] + d[1] * n[1] + d[2] * n[2] <= -it->radius[0]) {
+            p->stats.culled_horizon++;
+            return count;
+        }
+    }
+    for (; to > r && (to[-1].d2 > d2 || (!(to[-1].d2 < d2) && to[-1].item > item)); to--) *to = to[-1];
+    to->d2 = d2;
+    to->item = item;
+    to->light = light;
+    return count + 1;
+}
+
 /* Finds the entities of a point from near to far: occluders in reach and above the horizon, and lights. */
 static uint32_t sfield__find_rays(sfield__point *p, const float *x, const float *n)
 {
     const sfield_scene *s = p->s;
-    uint32_t i, j, count = 0, lights = 0;
-    for (i = 0; i < s->item_count; i++) {
-        const sfield__item *it = &s->item[i];
-        int which;
-        for (which = 1; which >= 0; which--) {
-            const float *c = it->center[which];
-            float d[3], d2;
-            int light = which ? (int)lights : -1;
-            if (which ? !it->e.source : !it->e.occlusion) continue;
-            lights += (uint32_t)which;
-            if (i + 1 == p->set->entity) continue;          /* neither hides nor lights its own points */
-            d[0] = c[0] - x[0];
-            d[1] = c[1] - x[1];
-            d[2] = c[2] - x[2];
-            d2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-            if (!which) {
-                p->stats.pairs++;
-                if (!(d2 < it->reach * it->reach)) {
-                    p->stats.culled_far++;
-                    continue;
-                }
-                if (d[0] * n[0] + d[1] * n[1] + d[2] * n[2] <= -it->radius[0]) {
-                    p->stats.culled_horizon++;
-                    continue;
-                }
-            }
-            for (j = count++; j > 0 && p->ray[j - 1].d2 > d2; j--) p->ray[j] = p->ray[j - 1];
-            p->ray[j].d2 = d2;
-            p->ray[j].item = i;
-            p->ray[j].light = light;
-        }
-    }
+    const uint32_t others = s->occluder_count - sfield__is_on_occluder(s, p->set);
+    uint32_t i, count = 0;
+#ifndef SFIELD_WITHOUT_HIERARCHY
+    sfield__walk w;
+#endif
+    p->stats.pairs += others;
+    p->stats.culled_far += others;
+    for (i = 0; i < s->light_count; i++) count = sfield__add_ray(p, x, n, s->light[i], (int)i, count);
+#ifdef SFIELD_WITHOUT_HIERARCHY
+    for (i = 0; i < s->occluder_count; i++) count = sfield__add_ray(p, x, n, s->occluder[i], -1, count);
+#else
+    sfield__start_walk(&w, s, x, 0);
+    while ((i = sfield__next_near(&w)) != SFIELD__NONE) count = sfield__add_ray(p, x, n, i, -1, count);
+#endif
     return count;
 }
 
