@@ -11,6 +11,9 @@
 #include <emscripten.h>
 #include <emscripten/html5.h>
 #include <stdio.h>
+#ifdef __EMSCRIPTEN_PTHREADS__
+#include "common.h"                 /* its pool of threads */
+#endif
 
 static char error[256];
 
@@ -45,6 +48,51 @@ EMSCRIPTEN_KEEPALIVE const char *dp_error(void) { return error; }
 
 /* ---- maps of a mesh ---- */
 
+#ifdef __EMSCRIPTEN_PTHREADS__
+static ex_pool *pool;
+static int build_number;
+static int took_part;               /* threads that ran a task of this build */
+
+/* How many threads, the caller's included, builds have from now on; 1 ends the others. Returns how many there are. The
+   page must have started a worker for each but the caller, since none starts before the caller returns to the browser. */
+EMSCRIPTEN_KEEPALIVE int dp_threads(int threads)
+{
+    ex_pool_free(pool);
+    pool = threads > 1 ? ex_pool_create(threads) : NULL;
+    return ex_pool_threads(pool);
+}
+
+EMSCRIPTEN_KEEPALIVE int dp_took_part(void) { return took_part; }
+
+typedef struct counted_task { cohsm_task task; void *context; } counted_task;
+
+static void run_counted(void *context, size_t index)
+{
+    static __thread int counted;    /* the last build that this thread was counted in */
+    const counted_task *one = (const counted_task *)context;
+    if (counted != build_number) __atomic_add_fetch(&took_part, 1, __ATOMIC_RELAXED);
+    counted = build_number;
+    one->task(one->context, index);
+}
+
+static void run_in_pool(void *user, size_t count, cohsm_task task, void *context)
+{
+    counted_task one = { task, context };
+    ex_pool_run(user, count, run_counted, &one);
+}
+
+static void use_threads(cohsm_system *system)
+{
+    build_number++;
+    took_part = 0;
+    if (!pool) return;
+    system->parallel_for = run_in_pool;
+    system->user = pool;
+}
+#else
+static void use_threads(cohsm_system *system) { (void)system; }
+#endif
+
 /* positions: x, y, z of each vertex; indices may be NULL. side 0 and map_side 0: 128. */
 EMSCRIPTEN_KEEPALIVE cohsm_maps *dp_build(const float *positions, unsigned vertex_count, const uint32_t *indices,
                                           unsigned index_count, unsigned side, unsigned map_side, int layers)
@@ -58,6 +106,7 @@ EMSCRIPTEN_KEEPALIVE cohsm_maps *dp_build(const float *positions, unsigned verte
     error[0] = 0;
     desc.system.progress = progress;
     desc.system.log = hear;
+    use_threads(&desc.system);
     desc.domain.side[0] = desc.domain.side[1] = side;
     desc.map_side = map_side;
     desc.layers = (cohsm_layers)layers;

@@ -13,10 +13,16 @@ export interface BuildOptions {
     mapSide?: number;
     /** cohsm_layers of csm.h; 0 = Z1Z2, right for every receiver */
     layers?: number;
+    /** 1 to 8 threads where mayThread(); one for each processor. The block has the same bytes whatever the number */
+    threads?: number;
+    /** told once, when the build is done: how many threads took part */
+    onThreads?: (threads: number) => void;
     /** 0 to 1, never falling. In buildHere false cancels */
     onProgress?: (fraction: number) => boolean | void;
 }
 
+/** Whether builds may use threads here: the page is cross-origin isolated. */
+export function mayThread(): boolean;
 /** Builds in a worker; the block is a file of csm.h. Rejects with a message that names what is wrong. */
 export function build(mesh: Mesh, options?: BuildOptions & { signal?: AbortSignal }): Promise<Uint8Array>;
 /** Builds in this thread. */

@@ -6,12 +6,15 @@ class DappleError extends Error {}
 
 const numbers = (count) => Array(count).fill('number');
 
+/* The program's memory. Where threads share it, its growth leaves the views of before too short. */
+const memory = (program) => program.wasmMemory ? new Uint8Array(program.wasmMemory.buffer) : program.HEAPU8;
+
 /* Copies an array into the program's memory; give it back by program._free. */
 function put(program, array) {
     const bytes = new Uint8Array(array.buffer, array.byteOffset, array.byteLength);
     const at = program._malloc(bytes.length || 1);
     if (!at) throw new DappleError('out of memory');
-    program.HEAPU8.set(bytes, at);
+    memory(program).set(bytes, at);
     return at;
 }
 
@@ -21,22 +24,44 @@ function last(program) {
 
 /* ---- building: here, or in a worker ---- */
 
-/* Builds in this thread, which waits: for workers of your own. The block is a file of csm.h. */
-export async function buildHere(mesh, { side = 64, mapSide = 128, layers = 0, onProgress } = {}) {
-    const program = await createProgram({ onProgress: (f) => onProgress && onProgress(f) === false });
-    const positions = put(program, Float32Array.from(mesh.positions)),
-        indices = mesh.indices ? put(program, Uint32Array.from(mesh.indices)) : 0;
-    const maps = program.ccall('dp_build', 'number', numbers(7), [positions, mesh.positions.length / 3, indices,
-        mesh.indices ? mesh.indices.length : 0, side, mapSide, layers]);
-    program._free(positions);
-    program._free(indices);
-    if (!maps) throw last(program);
-    const at = program.ccall('dp_block', 'number', ['number'], [maps]);
-    return program.HEAPU8.slice(at, at + program.ccall('dp_block_bytes', 'number', ['number'], [maps]));
+/* Threads need memory that workers share, which browsers give to pages that their server isolates from others, by two headers:
+   Cross-Origin-Opener-Policy: same-origin, Cross-Origin-Embedder-Policy: require-corp. */
+export const mayThread = () => globalThis.crossOriginIsolated === true && typeof SharedArrayBuffer === 'function';
+
+/* The program and how many threads it has: `wanted`, or one of each processor, up to eight, where the page may; else one. */
+async function programWithThreads(wanted, onProgress) {
+    const threads = mayThread() ? Math.floor(Math.min(8, Math.max(1, wanted ?? navigator.hardwareConcurrency ?? 1))) : 1;
+    if (!(threads > 1)) return { program: await createProgram({ onProgress }), threads: 1 };
+    const { default: create } = await import('./dapple.threads.mjs'), program = await create({ onProgress, poolSize: threads - 1 });
+    return { program, threads: program.ccall('dp_threads', 'number', ['number'], [threads]) };
+}
+
+/* Builds in this thread, which waits, and in workers of its own: for workers of yours. The block is a file of csm.h; its bytes
+   do not depend on the threads. */
+export async function buildHere(mesh, { side = 64, mapSide = 128, layers = 0, threads: wanted, onProgress, onThreads } = {}) {
+    const { program, threads } = await programWithThreads(wanted, (f) => onProgress && onProgress(f) === false);
+    try {
+        const positions = put(program, Float32Array.from(mesh.positions)),
+            indices = mesh.indices ? put(program, Uint32Array.from(mesh.indices)) : 0;
+        const maps = program.ccall('dp_build', 'number', numbers(7), [positions, mesh.positions.length / 3, indices,
+            mesh.indices ? mesh.indices.length : 0, side, mapSide, layers]);
+        program._free(positions);
+        program._free(indices);
+        if (!maps) throw last(program);
+        if (onThreads) onThreads(threads > 1 ? program.ccall('dp_took_part', 'number', [], []) : 1);
+        const at = program.ccall('dp_block', 'number', ['number'], [maps]);
+        const bytes = program.ccall('dp_block_bytes', 'number', ['number'], [maps]);
+        return Uint8Array.from(memory(program).subarray(at, at + bytes));       // not of shared memory, which messages cannot hand over
+    } finally {
+        if (threads > 1) {
+            program.ccall('dp_threads', 'number', ['number'], [1]);
+            program.PThread.terminateAllThreads();
+        }
+    }
 }
 
 /* Builds in a worker, which ends with the build or when options.signal aborts. */
-export function build(mesh, { onProgress, signal, ...options } = {}) {
+export function build(mesh, { onProgress, onThreads, signal, ...options } = {}) {
     return new Promise((resolve, reject) => {
         const worker = new Worker(new URL('./dapple.worker.mjs', import.meta.url), { type: 'module' });
         const end = (settle, value) => { worker.terminate(); settle(value); };
@@ -44,6 +69,7 @@ export function build(mesh, { onProgress, signal, ...options } = {}) {
         worker.onerror = (event) => end(reject, new DappleError(event.message || 'the worker could not be started'));
         worker.onmessage = ({ data }) => {
             if (data.fraction !== undefined) { if (onProgress) onProgress(data.fraction); }
+            else if (data.threads !== undefined) { if (onThreads) onThreads(data.threads); }
             else if (data.error !== undefined) end(reject, new DappleError(data.error));
             else end(resolve, data.block);
         };

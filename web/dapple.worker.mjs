@@ -8,8 +8,9 @@ self.onmessage = async ({ data }) => {
         told = fraction;
         self.postMessage({ fraction });
     };
+    const onThreads = (threads) => self.postMessage({ threads });
     try {
-        const block = await buildHere(data.mesh, { ...data.options, onProgress });
+        const block = await buildHere(data.mesh, { ...data.options, onProgress, onThreads });
         self.postMessage({ block }, [block.buffer]);
     } catch (error) {
         self.postMessage({ error: error.message });

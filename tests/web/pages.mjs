@@ -515,6 +515,32 @@ const tests = {
         console.log(`csm.h and gl_csm.h with all GLSL: ${bytes[0]} bytes compressed, JavaScript ${bytes[1]} and ${bytes[2]}`);
         must(bytes.reduce((a, b) => a + b) < 250 * 1024, `${bytes} bytes`);
     },
+    /* Without the two headers a page may not have threads, and builds all the same. */
+    async threads_build_the_bytes_of_one_thread_where_the_page_may_have_them() {
+        const blocks = [];
+        for (const [from, may] of [[served, false], [isolated, true]]) {
+            await open('index.html', from);
+            const seen = await page.evaluate(async (base) => {
+                const d = await import(`${base}/dapple.mjs`), positions = [], list = [];
+                for (let i = 0; i < 900; i++) for (let k = 0; k < 9; k++)
+                    positions.push(Math.sin(i * 1.7 + k % 3) + 0.2 * Math.sin(i * 0.3 + k * 2.1));
+                for (const threads of [1, 4, undefined]) {
+                    let took = 0;
+                    const block = await d.build({ positions }, { side: 24, mapSide: 64, threads, onThreads: (n) => { took = n; } });
+                    const hash = new Uint8Array(await crypto.subtle.digest('SHA-256', block));
+                    list.push({ threads, took, bytes: block.length, hash: [...hash].join() });
+                }
+                return { may: d.mayThread(), list };
+            }, from);
+            console.log(`${may ? 'with' : 'without'} the headers: ${seen.list.map((b) => `${b.took} of ${b.threads ?? 'all'}, ${b.bytes} bytes`).join('; ')}`);
+            must(seen.may === may, `mayThread() is ${seen.may}`);
+            must(seen.list[0].took === 1 && (may ? seen.list[1].took > 1 && seen.list[1].took <= 4 : seen.list[1].took === 1 && seen.list[2].took === 1),
+                `threads that took part: ${seen.list.map((b) => b.took)}`);
+            must(said.length === 0, `the console has: ${said.join(' | ')}`);
+            blocks.push(...seen.list);
+        }
+        must(blocks.every((b) => b.bytes > 10000 && b.hash === blocks[0].hash), 'the bytes differ');
+    },
     async the_module_refuses_what_is_wrong_by_name() {
         const text = (code) => page.evaluate(`(async () => { const d = await import('./dapple.mjs'); try { ${code}; return 'nothing'; } catch (e) { return e.message; } })()`);
         const bad = await text('await d.build({ positions: [0, 0, 0, 1, 0, 0, 0, 1, 0], indices: [0, 1, 7] })');
@@ -536,19 +562,23 @@ const tests = {
 
 /* Modules may not be loaded from the disk: a plain file server, for this machine alone. */
 const types = { html: 'text/html', mjs: 'text/javascript', js: 'text/javascript', css: 'text/css', wasm: 'application/wasm', png: 'image/png' };
-const server = createServer((request, response) => {
-    const file = `${folder}/${request.url.split('?')[0].replace(/\.\./g, '')}`;
-    try {
-        const bytes = readFileSync(file);
-        response.writeHead(200, { 'content-type': types[file.split('.').pop()] || 'application/octet-stream' });
-        response.end(bytes);
-    } catch {
-        response.writeHead(404);
-        response.end();
-    }
-});
-await new Promise((done) => server.listen(0, '127.0.0.1', done));
-const served = `http://127.0.0.1:${server.address().port}`;
+async function serve(headers) {
+    const server = createServer((request, response) => {
+        const file = `${folder}/${request.url.split('?')[0].replace(/\.\./g, '')}`;
+        try {
+            const bytes = readFileSync(file);
+            response.writeHead(200, { 'content-type': types[file.split('.').pop()] || 'application/octet-stream', ...headers });
+            response.end(bytes);
+        } catch {
+            response.writeHead(404);
+            response.end();
+        }
+    });
+    await new Promise((done) => server.listen(0, '127.0.0.1', done));
+    return server;
+}
+const servers = [await serve({}), await serve({ 'cross-origin-opener-policy': 'same-origin', 'cross-origin-embedder-policy': 'require-corp' })];
+const [served, isolated] = servers.map((server) => `http://127.0.0.1:${server.address().port}`);
 if (!existsSync(`${folder}/three.html`)) {
     if (process.env.CI) throw new Error('three.html is missing');
     console.log('skip: three.html was left out');
@@ -594,6 +624,6 @@ const names = Object.keys(tests).filter((name) => new RegExp(process.env.ONLY ||
 console.log(`[==========] Running ${names.length} test(s).`);
 for (const group of groups(names)) await run(group);
 await closeBrowser();
-server.close();
+for (const server of servers) server.close();
 console.log(`[==========] ${names.length} test(s) run.`);
 process.exit(bad.length ? 1 : 0);
