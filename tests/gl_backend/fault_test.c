@@ -506,6 +506,11 @@ static void a_thousand_cycles_leave_nothing(void **state)
     uint32_t i;
     int before, with;
     glbk_functions real = t->gl.gl;
+#ifdef __EMSCRIPTEN__
+    const int made = 6;             /* six objects; Emscripten forgets a shader's name as it is deleted */
+#else
+    const int made = 10;            /* six objects, four shaders of programs */
+#endif
 
     before = gl_names_in_use(t);
     fake_begin(t, 0);
@@ -514,7 +519,7 @@ static void a_thousand_cycles_leave_nothing(void **state)
         if (i % 20 == 0) {
             assert_glbk(t, make(t, &x));
             with = gl_names_in_use(t);
-            assert_int_equal(with, before + 10);    /* the count counts: six objects, four shaders of programs */
+            assert_int_equal(with, before + made);  /* the count counts */
         } else {
             static const unsigned char texels[64];
             glbk_texture_desc d = { GLBK_FORMAT_R8UI, 8, 8, 0, 0, GLBK_SAMPLING_DEFAULT, 0, texels };
@@ -618,6 +623,10 @@ static void without_a_current_context_init_fails_and_freeing_works(void **state)
     glbk_context ctx;
     things x;
 
+#ifdef __EMSCRIPTEN__
+    puts("skip: without a context Emscripten's calls of GL end the program");
+    skip();
+#endif
     assert_glbk(t, make(t, &x));
     assert_int_equal(ex_gl_make_current(t->context, 0), 0);
     /* GLFW's loader itself needs a context. */

@@ -597,12 +597,20 @@ static void its_depth_is_that_of_the_import(void **state)
 static void a_depth_texture_of_the_users_is_drawn_with_and_left_alone(void **state)
 {
     GL_TEST(t, state)
+    enum { SUBPIXEL_BITS = 0x0D50 };
     static glbk_pixel p[PIXELS];
+    int32_t bits = 0;
     glbk_texture depth = gl_texture(t, GLBK_FORMAT_DEPTH24, W, H, NULL), normals;
     glbk_gbuffer_desc d;
     glbk_gbuffer g;
     glbk_import in;
     int drawn;
+    t->gl.gl.GetIntegerv(SUBPIXEL_BITS, &bits);
+    if (bits < 8) {
+        printf("skip: corners lie on 1/%d of a pixel here; positions of depths are compared more finely\n", 1 << bits);
+        glbk_texture_free(&t->gl, &depth);
+        skip();
+    }
     memset(&d, 0, sizeof d);
     memset(&in, 0, sizeof in);
     d.width = W;

@@ -241,10 +241,11 @@ static void set_slots_takes_an_offset(void **state)
     free_things(t, &x);
 }
 
-/* The unit of a sampler of a program. */
+/* The unit of a sampler of a program. In use, since Emscripten finds places of uniforms in that program alone. */
 static int32_t unit_of(gl_test *t, uint32_t program, const char *name)
 {
     int32_t unit = -1;
+    t->gl.gl.UseProgram(program);
     t->gl.gl.GetUniformiv(program, t->gl.gl.GetUniformLocation(program, name), &unit);
     return unit;
 }

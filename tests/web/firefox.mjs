@@ -1,6 +1,6 @@
 /* firefox.mjs - pages of tests in Firefox, one after the other, driven by puppeteer-core over WebDriver BiDi: node firefox.mjs
-   PAGE.html... Writes what a page has printed to PAGE.html.dom, the console to PAGE.html.log and the seconds to
-   PAGE.html.seconds. All are tabs of one browser, whose start takes longer than most tests; if it dies, the page that it had
+   PAGE.html... Writes what a page has printed to PAGE.html.dom, the console to PAGE.html.log, and says how long each took.
+   All are tabs of one browser, whose start takes longer than most tests; if it dies, the page that it had
    and those after it get a new one, once each. */
 import puppeteer from 'puppeteer-core';
 import { writeFileSync } from 'node:fs';
@@ -43,7 +43,7 @@ async function run(file) {
     }
     writeFileSync(`${file}.dom`, text);
     writeFileSync(`${file}.log`, said.join('\n') + '\n');
-    writeFileSync(`${file}.seconds`, `${((performance.now() - started) / 1000).toFixed(0)}\n`);
+    console.log(`${file}: ${((performance.now() - started) / 1000).toFixed(0)} s`);
 }
 
 for (const file of process.argv.slice(2)) await run(file);
