@@ -144,17 +144,17 @@ static void domain_wanted(const cs_state *state, char *text, size_t room)
             if (light->is_mesh)
                 snprintf(text, room, ": a light wants --domain emissive, %u places", (unsigned)d.location_count);
             else
-                snprintf(text, room, ": a light wants --domain list: of one place, %.9g %.9g %.9g 1",
+                snprintf(text, room, ": a light wants --domain list: of one place, %.7g %.7g %.7g 1",
                          (double)d.locations[0], (double)d.locations[1], (double)d.locations[2]);
         } else if (d.kind == COHSM_DOMAIN_SPHERE) {
-            snprintf(text, room, ": a light wants --domain sphere:%.9g,%.9g,%.9g,%.9g", (double)d.origin[0],
+            snprintf(text, room, ": a light wants --domain sphere:%.7g,%.7g,%.7g,%.7g", (double)d.origin[0],
                      (double)d.origin[1], (double)d.origin[2], (double)d.u[0]);
         } else {
-            int n = snprintf(text, room, ": a light wants --domain %s:%.9g,%.9g,%.9g,%.9g,%.9g,%.9g", names[d.kind],
+            int n = snprintf(text, room, ": a light wants --domain %s:%.7g,%.7g,%.7g,%.7g,%.7g,%.7g", names[d.kind],
                              (double)d.origin[0], (double)d.origin[1], (double)d.origin[2], (double)d.u[0],
                              (double)d.u[1], (double)d.u[2]);
             if (d.kind != COHSM_DOMAIN_LINE && n > 0 && (size_t)n < room)
-                snprintf(text + n, room - (size_t)n, ",%.9g,%.9g,%.9g", (double)d.v[0], (double)d.v[1], (double)d.v[2]);
+                snprintf(text + n, room - (size_t)n, ",%.7g,%.7g,%.7g", (double)d.v[0], (double)d.v[1], (double)d.v[2]);
         }
     }
 }
@@ -167,7 +167,7 @@ int cs_baked_all_used(const cs_state *state, char *error)
         if (b->used)
             continue;
         domain_wanted(state, wanted, sizeof wanted);
-        snprintf(error, EX_ERROR_SIZE, "%.150s: %s%s", b->path,
+        snprintf(error, EX_ERROR_SIZE, "%.70s: %s%s", b->path,
                  !fits(state, b)       ? "maps of another object"
                  : b->info.positional  ? "maps of places where no light is"
                  : b->info.domain == COHSM_DOMAIN_LIST || b->info.domain == COHSM_DOMAIN_TABLE
