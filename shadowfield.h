@@ -1873,7 +1873,7 @@ static int sfield__check_value(const sfield__logger *log, int good, const char *
     return good;
 }
 
-/* Returns what a vector of an array is: 1 unit, 0 left out (zero, or not finite), -1 an error of length. */
+/* Returns what a vector of an array is: 1 unit, 0 left out (zero, or not finite), -1 neither: an error. */
 static int sfield__unit_vector(const float *v)
 {
     const float nn = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
@@ -2624,7 +2624,7 @@ static int sfield__is_side(uint32_t side, uint32_t least)
     return side >= least && side <= 64 && (side & (side - 1)) == 0;
 }
 
-/* Writes the 16 Gauss-Legendre points of a texel: unit directions, and weights that add up to its angle. */
+/* Writes the 16 Gauss-Legendre points of a texel: unit directions; weights whose sum is its solid angle. */
 static void sfield__texel_points(uint32_t side, uint32_t texel, double points[16][4])
 {
     static const double at[4] = { -0.86113631159405257522, -0.33998104358485626480, 0.33998104358485626480,
@@ -3138,7 +3138,7 @@ static void sfield__write_words(uint8_t *to, const uint32_t *from, size_t count)
 /* bytes, or samples of wavelets: milliseconds */
 enum { SFIELD__STEP = 1 << 18, SFIELD__STEP_SAMPLES = 1024 };
 
-/* Takes the allocator and the progress of a whole call. Returns 0 if one of two functions is missing. */
+/* Takes a call's allocator and progress. Returns 0 if the allocator has one of its two functions alone. */
 static int sfield__services_of(const sfield_system *system, sfield__allocator *a, sfield__part *part)
 {
     if (!sfield__system_good(system)) return 0;
@@ -3485,7 +3485,7 @@ static uint32_t sfield__same16(const int32_t *base, int32_t wanted, int simd);
 /* Copies n floats, planes of 16, with zeros where a mask has no bit. */
 static void sfield__select16(const float *in, uint32_t n, uint32_t mask, float *out, int simd);
 
-/* Finds the frames before and after a time, and returns how far it is on the way. Loops do not begin. */
+/* Finds the frames before and after a time; returns how far it lies between them. Loops wrap both ways. */
 static float sfield__frames_at(const sfield_field *f, float time, uint32_t *before, uint32_t *after)
 {
     float n = (float)f->h.frames, t = sfield__finite(time) ? time * f->h.frames_per_second : 0;
@@ -3738,7 +3738,7 @@ static uint32_t sfield__gather_positions(const sfield_field *f, const float *pos
     return good;
 }
 
-/* Checks what queries are given, for the function of this name. occlusion: not 0 if it must be visibility. */
+/* Checks what the queries of this name are given. occlusion: not 0 if only visibility will do. */
 static sfield_result sfield__check_query(const sfield_field *f, const char *function, const float *positions,
                                          const float *out, int occlusion)
 {
@@ -8836,7 +8836,7 @@ SFIELD_DEF sfield_result sfield_scene_entities(sfield_scene *s, const sfield_ent
 
 /* ---- scenes: distant light ---- */
 
-/* What a texel of the cube receives from the map: radiance by solid angle, the least of each channel. */
+/* What a cube's texel receives: the sum of radiance times solid angle, and the least of each channel. */
 typedef struct sfield__gathered { double rgb[3], angle; float least[3]; } sfield__gathered;
 
 static void sfield__gather_cell(sfield__gathered *g, const float *rgb, double angle)

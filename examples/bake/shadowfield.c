@@ -14,7 +14,7 @@ static const rd_key keys[] = {
     { "kind", RD_WORD, "occlusion|source|self|lamp", 0, 0, "occlusion",
       "what the object hides, what its emissive triangles shine, or what it hides from its own points; or what a lamp "
       "shines, given in place of SCENE as render's --light" },
-    { "frames", RD_INTEGER, NULL, 1, 256, "1", "kind=source: pictures of an animated scene" },
+    { "frames", RD_INTEGER, NULL, 1, 256, "1", "kind=source: pictures of an animated scene, a built-in one" },
     { "fps", RD_NUMBER, NULL, 1e-6, 1e6, "30", "of these, a second" },
     { "loop", RD_WORD, "0|1", 0, 0, "0", "1: after the last picture comes the first; 0: the last one stays" },
     { "lamp_radius", RD_NUMBER, NULL, 0, 1e9, "0", "kind=lamp: of a point or spot" },
@@ -112,6 +112,10 @@ static int plan(const rd_settings *settings, const bk_mesh *mesh, uint32_t *unit
     uint32_t side = d.position_side ? d.position_side : d.basis == SFIELD_BASIS_HAAR ? 32 : 16;
     *units = units_of(settings);
     *seconds = *units * 6.0 * side * side * (10e-9 * (double)mesh->triangles + 2e-4);
+    if (rd_setting_integer(settings, "frames") > 1 && !rd_setting_is(settings, "kind", "source")) {
+        snprintf(error, EX_ERROR_SIZE, "shadowfield: frames are of kind=source");
+        return -1;
+    }
     if (rd_setting_is(settings, "kind", "lamp") || mesh->lamp_text)
         return plan_lamp(settings, mesh, error);
     if (rd_setting_is(settings, "kind", "self")) {
@@ -120,11 +124,8 @@ static int plan(const rd_settings *settings, const bk_mesh *mesh, uint32_t *unit
             snprintf(error, EX_ERROR_SIZE, "shadowfield: logarithm=1 is of occlusion fields");
         return d.logarithm ? -1 : 0;
     }
-    if (!rd_setting_is(settings, "kind", "source")) {
-        if (rd_setting_integer(settings, "frames") > 1)
-            snprintf(error, EX_ERROR_SIZE, "shadowfield: frames are of kind=source");
-        return rd_setting_integer(settings, "frames") > 1 ? -1 : 0;
-    }
+    if (!rd_setting_is(settings, "kind", "source"))
+        return 0;
     if (rd_setting_integer(settings, "frames") > 1 && !d.logarithm)
         return 0;                               /* its first picture may be dark */
     if (!mesh->radiance || d.logarithm)

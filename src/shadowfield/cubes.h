@@ -67,7 +67,7 @@ static int sfield__is_side(uint32_t side, uint32_t least)
     return side >= least && side <= 64 && (side & (side - 1)) == 0;
 }
 
-/* Writes the 16 Gauss-Legendre points of a texel: unit directions, and weights that add up to its angle. */
+/* Writes the 16 Gauss-Legendre points of a texel: unit directions; weights whose sum is its solid angle. */
 static void sfield__texel_points(uint32_t side, uint32_t texel, double points[16][4])
 {
     static const double at[4] = { -0.86113631159405257522, -0.33998104358485626480, 0.33998104358485626480,

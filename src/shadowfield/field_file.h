@@ -11,7 +11,7 @@ static void sfield__write_words(uint8_t *to, const uint32_t *from, size_t count)
 /* bytes, or samples of wavelets: milliseconds */
 enum { SFIELD__STEP = 1 << 18, SFIELD__STEP_SAMPLES = 1024 };
 
-/* Takes the allocator and the progress of a whole call. Returns 0 if one of two functions is missing. */
+/* Takes a call's allocator and progress. Returns 0 if the allocator has one of its two functions alone. */
 static int sfield__services_of(const sfield_system *system, sfield__allocator *a, sfield__part *part)
 {
     if (!sfield__system_good(system)) return 0;

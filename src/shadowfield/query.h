@@ -48,7 +48,7 @@ static uint32_t sfield__gather_positions(const sfield_field *f, const float *pos
     return good;
 }
 
-/* Checks what queries are given, for the function of this name. occlusion: not 0 if it must be visibility. */
+/* Checks what the queries of this name are given. occlusion: not 0 if only visibility will do. */
 static sfield_result sfield__check_query(const sfield_field *f, const char *function, const float *positions,
                                          const float *out, int occlusion)
 {

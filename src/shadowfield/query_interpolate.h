@@ -16,7 +16,7 @@ static uint32_t sfield__same16(const int32_t *base, int32_t wanted, int simd);
 /* Copies n floats, planes of 16, with zeros where a mask has no bit. */
 static void sfield__select16(const float *in, uint32_t n, uint32_t mask, float *out, int simd);
 
-/* Finds the frames before and after a time, and returns how far it is on the way. Loops do not begin. */
+/* Finds the frames before and after a time; returns how far it lies between them. Loops wrap both ways. */
 static float sfield__frames_at(const sfield_field *f, float time, uint32_t *before, uint32_t *after)
 {
     float n = (float)f->h.frames, t = sfield__finite(time) ? time * f->h.frames_per_second : 0;

@@ -1,6 +1,6 @@
 /* ---- scenes: distant light ---- */
 
-/* What a texel of the cube receives from the map: radiance by solid angle, the least of each channel. */
+/* What a cube's texel receives: the sum of radiance times solid angle, and the least of each channel. */
 typedef struct sfield__gathered { double rgb[3], angle; float least[3]; } sfield__gathered;
 
 static void sfield__gather_cell(sfield__gathered *g, const float *rgb, double angle)

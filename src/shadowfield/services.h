@@ -82,7 +82,7 @@ static int sfield__check_value(const sfield__logger *log, int good, const char *
     return good;
 }
 
-/* Returns what a vector of an array is: 1 unit, 0 left out (zero, or not finite), -1 an error of length. */
+/* Returns what a vector of an array is: 1 unit, 0 left out (zero, or not finite), -1 neither: an error. */
 static int sfield__unit_vector(const float *v)
 {
     const float nn = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];

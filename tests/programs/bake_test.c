@@ -250,6 +250,8 @@ static void bad_arguments_and_files_are_named(void **state)
                 { "shadowfield builtin:knot -o @/o --set kind=lamp", 1, "kind=lamp and a lamp" },
                 { "shadowfield sphere:0,0,0,1 -o @/o", 1, "kind=lamp and a lamp" },
                 { "shadowfield sphere:0,0,0 -o @/o --set kind=lamp", 1, "sphere" },
+                { "shadowfield sphere:0,0,0,1 -o @/o --set kind=lamp --set frames=2", 1, "frames are of kind=source" },
+                { "shadowfield builtin:knot -o @/o --set kind=self --set frames=2", 1, "frames are of kind=source" },
                 { "shadowfield point:0,0,0 -o @/o --set kind=lamp", 1, "lamp_radius" },
                 { "shadowfield sphere:0,0,0,1 -o @/o --set kind=lamp --set logarithm=1", 1, "of occlusion" },
                 { "csm sphere:0,0,0,1 -o @/o", 1, "a lamp hides nothing" },
