@@ -99,6 +99,7 @@ int bk_light_run(const bk_args *args, char *error);
 int bk_lights_run(const bk_args *args, char *error);
 int bk_ao_run(const bk_args *args, char *error);
 int bk_model_run(const bk_args *args, char *error);
+int bk_sky_run(const bk_args *args, char *error);          /* shadowfield with kind=sky */
 
 /* ---- work.c: many values, computed in parts that are kept, or in shards ---- */
 

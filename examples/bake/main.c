@@ -383,7 +383,10 @@ static int run_bake(const bk_args *args, char *error)
     uint32_t units;
     double seconds;
     ex_pool *pool;
-    int result = bk_object(&mesh, args->files[0], args->node, error);
+    int result;
+    if (args->technique == &bk_shadowfield && rd_setting_is(&args->settings, "kind", "sky"))
+        return bk_sky_run(args, error);
+    result = bk_object(&mesh, args->files[0], args->node, error);
     if (result != 0)
         return -1;
     mesh.domain = &settled.domain;

@@ -11,9 +11,9 @@
 static const char *const kinds[] = { "none", "occlusion", "source", "self" };
 
 static const rd_key keys[] = {
-    { "kind", RD_WORD, "occlusion|source|self|lamp", 0, 0, "occlusion",
+    { "kind", RD_WORD, "occlusion|source|self|lamp|sky", 0, 0, "occlusion",
       "what the object hides, what its emissive triangles shine, or what it hides from its own points; or what a lamp "
-      "shines, given in place of SCENE as render's --light" },
+      "shines, given in place of SCENE as render's --light, or a sky, given as render's --env" },
     { "frames", RD_INTEGER, NULL, 1, 256, "1", "kind=source: pictures of an animated scene, a built-in one" },
     { "fps", RD_NUMBER, NULL, 1e-6, 1e6, "30", "of these, a second" },
     { "loop", RD_WORD, "0|1", 0, 0, "0", "1: after the last picture comes the first; 0: the last one stays" },

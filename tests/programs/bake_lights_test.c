@@ -1,5 +1,5 @@
 /* bake_lights_test - bake lights: the energy of a sky is that of its lights, by every method; lights of a folder of
-   skies keep their numbers; what cannot be read leaves no file. */
+   skies keep their numbers; what cannot be read leaves no file. And a sky's harmonics, by bake shadowfield. */
 #define _POSIX_C_SOURCE 200809L
 #include "bake.h"
 
@@ -112,6 +112,44 @@ static void lights_of_a_folder_persist(void **state)
     assert_int_not_equal(stat(path, &status), 0);
 }
 
+/* Bright above, dark below, and a sun of 64 in one texel: the first bands in closed form. Radiance is 1 above the
+   horizon and 1/8 below, the texel's solid angle is a strip of the sphere over 64. */
+static void a_sky_has_its_harmonics(void **state)
+{
+    const double pi = 3.14159265358979, polar = pi * 8.5 / 32, turn = 2 * pi * (10.5 / 64 - 0.5);
+    const double sun = 63 * 2 * pi / 64 * (cos(pi * 8 / 32) - cos(pi * 9 / 32));
+    const double exact[4] = { 0.28209479 * (2 * pi * 1.125 + sun), 0.48860251 * (pi * 0.875 + sun * cos(polar)),
+                              0.48860251 * sun * sin(polar) * sin(turn),
+                              0.48860251 * sun * sin(polar) * cos(turn) };
+    char *text;
+    const char *at;
+    (void)state;
+    save_sky("harmonics.rgbe", 10);
+    bake("shadowfield harmonics.rgbe -o sky.sh --set kind=sky --set bands=3");
+    if (strstr(output, "built without stb")) return;
+    text = text_of("sky.sh");
+    at = strstr(text, "\"bands\":3,\"coefficients\":[\n[");
+    assert_non_null(at);
+    at = strchr(at, '\n') + 2;
+    for (int i = 0; i < 27; i++) {
+        char *end;
+        const double got = strtod(at, &end);
+        if (i % 9 < 4) {
+            printf("channel %d, coefficient %d: %.5f, exactly %.5f\n", i / 9, i % 9, got, exact[i % 9]);
+            assert_true(fabs(got - exact[i % 9]) < 0.002);      /* the cube map's texels are as wide as the sun */
+        }
+        assert_true(end > at);
+        at = end + (i % 9 == 8 ? strlen("],\n[") : 1);
+    }
+    free(text);
+    bake("shadowfield builtin:uniform -o sky.sh --set kind=sky --set bands=1");
+    text = text_of("sky.sh");
+    at = strstr(text, "[\n[");
+    assert_non_null(at);
+    assert_true(fabs(strtod(at + 3, NULL) - sqrt(4 * pi)) < 1e-5);
+    free(text);
+}
+
 static void what_cannot_be_read_leaves_no_file(void **state)
 {
     static const struct { const char *arguments; int status; const char *says; } bad[] = {
@@ -120,7 +158,12 @@ static void what_cannot_be_read_leaves_no_file(void **state)
         { "lights . -o o.json", 1, "no .hdr in the folder" }, { "lights mixed -o o.json", 1, "another size" },
         { "lights builtin:sky -o o.json --count 9000", 2, "from 1 to 8192" },
         { "lights builtin:sky -o o.json --method best", 2, "variance|structured" },
-        { "lights builtin:sky -o o.json --shard 1/2", 2, "--shard is not for this command" } };
+        { "lights builtin:sky -o o.json --shard 1/2", 2, "--shard is not for this command" },
+        { "shadowfield builtin:sky -o o.json --set kind=sky --set basis=haar", 1, "without basis" },
+        { "shadowfield builtin:sky -o o.json --set kind=sky --set shell_count=4", 1, "without shell_count" },
+        { "shadowfield builtin:sky -o o.json --set kind=sky --shard 1/2", 1, "neither shards nor nodes" },
+        { "shadowfield builtin:sky -o o.json --set kind=sky --set node=sun", 1, "neither shards nor nodes" },
+        { "shadowfield builtin:knot -o o.json --set kind=sky", 1, "no built-in sky" } };
     char line[200];
     (void)state;
     snprintf(line, sizeof line, "mkdir %s/mixed", folder);
@@ -145,6 +188,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_energy_is_that_of_the_sky),
         cmocka_unit_test(lights_of_a_folder_persist),
+        cmocka_unit_test(a_sky_has_its_harmonics),
         cmocka_unit_test(what_cannot_be_read_leaves_no_file),
     };
     return cmocka_run_group_tests(tests, open_folder, close_folder);
