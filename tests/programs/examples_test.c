@@ -17,6 +17,7 @@ static const example examples[] = {
     { "01c_lightsampling_path_tracer", 240, 150, { 88.00, 91.53, 100.18 } },
     { "01d_csm_own_views", 320, 200, { 181.35, 181.35, 181.35 } },
     { "02_shadowfield_minimal", 256, 256, { 148.16, 146.64, 143.47 } },
+    { "02c_shadowfield_robot", 800, 320, { 153.89, 155.54, 159.90 } },
     { "03_envshadow_minimal", 320, 200, { 188.60, 189.54, 194.12 } },
     { "03b_envlights_minimal", 256, 128, { 98.84, 103.10, 99.46 } },
     { "03c_envshadow_own_maps", 320, 200, { 123.05, 113.91, 112.70 } },
