@@ -76,6 +76,8 @@ int bn_sfield_algebra(const bn_options *options);
 int bn_sfield_accuracy(const bn_options *options);
 int bn_sfield_chess(const bn_options *options);
 int bn_sfield_crowd(const bn_options *options);
+int bn_sfield_bones(const bn_options *options);
+int bn_sfield_robots(const bn_options *options);
 int bn_sfield_wavelet(const bn_options *options);
 int bn_envshadow_lights(const bn_options *options);
 int bn_ism(const bn_options *options);

@@ -33,6 +33,8 @@ static const struct { const char *name, *what; int (*run)(const bn_options *opti
     { "sfield_algebra", "products, rotations and dot products of spherical harmonics a second", bn_sfield_algebra },
     { "sfield_chess", "shadow fields in harmonics: 32 moving chess pieces, errors against rays", bn_sfield_chess },
     { "sfield_crowd", "shadow fields in harmonics: 1,000 bodies and 64 lamps beside 32 and 4", bn_sfield_crowd },
+    { "sfield_bones", "what parts of a figure hide of points close to them, against rays", bn_sfield_bones },
+    { "sfield_robots", "shadow fields in harmonics: walking robots, errors against rays", bn_sfield_robots },
     { "sfield_wavelet", "shadow fields in wavelets: spaceships, budgets, both ways of the product", bn_sfield_wavelet },
     { "sfield_accuracy", "shadows on a plane against rays, split into the steps of the method", bn_sfield_accuracy },
     { "envshadow_lights", "time, energy and error of k lights by each method", bn_envshadow_lights },
