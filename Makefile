@@ -215,7 +215,7 @@ $(TESTS): $(BUILD)/tests/%: $(OBJ)/tests/%.o $(COMMON)
 	@mkdir -p $(@D)
 	$(call say,LINK,$@)$(LINK) $^ $(TEST_LIBS) -o $@
 # They call parts of render from scenes that no command line makes.
-RENDER_TESTS = $(BUILD)/tests/programs/shadowfield_follow_test $(BUILD)/tests/programs/ground_rings_test
+RENDER_TESTS = $(BUILD)/tests/programs/shadowfield_bones_test $(BUILD)/tests/programs/shadowfield_follow_test $(BUILD)/tests/programs/ground_rings_test
 $(RENDER_TESTS): $(filter-out %/main.o,$(call objects,examples/render))
 $(RENDER_TESTS): TEST_LIBS := $(COMMON) $(TEST_LIBS)
 $(REPLAYS): $(BUILD)/tests/%: $(OBJ)/tests/%.o $(OBJ)/tests/kit/shim/replay.o $(COMMON)

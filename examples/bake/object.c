@@ -248,7 +248,7 @@ int bk_points_of(bk_points *out, const bk_mesh *mesh, float spacing, char *error
         if (!(spacing > 0))
             result = add_points(out, m->positions, m->normals, m->vertex_count, to);
         else {
-            result = sf_surface_build(&s, scene, m, spacing * radius / scale);
+            result = sf_surface_build(&s, scene, m, spacing * radius / scale, NULL);
             if (result == 0) {
                 result = add_points(out, s.chosen_positions, s.chosen_normals, s.chosen_count, to);
                 sf_surface_free(&s);

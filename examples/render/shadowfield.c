@@ -21,6 +21,9 @@ typedef struct sf_state {
     int             full;
     sfield_field  **occlusion;          /* by mesh; equal meshes share */
     sf_surface     *surface;            /* by mesh */
+    sf_bones       *bones;              /* by mesh; without bones: rigid */
+    uint32_t       *first_bone;         /* by object: the entity that its first bone is */
+    size_t          bone_count;         /* of all objects */
     size_t          object_count;
     const uint32_t *same;               /* by mesh: the first one with the same geometry */
     uint32_t       *same_of;
@@ -34,7 +37,7 @@ typedef struct sf_state {
     sf_glow        *glow;               /* of objects: what it was built from */
     sfield_field  **old_light;          /* replaced; the scene still has it */
     size_t          light_count, lamp_count;      /* lamps: those of scene->lights */
-    sfield_entity  *entities;           /* objects, with what they emit; then lamps */
+    sfield_entity  *entities;           /* objects, with what they emit; then lamps; then bones */
     const sf_surface **surface_of;      /* by object; NULL: pixel by pixel */
     sf_tap         *taps;
     float         **rgb, **gloss;       /* by object: of its chosen points */
@@ -132,6 +135,8 @@ static int field_of(sf_state *s, const rd_job *job, const ex_mesh *mesh, sfield_
     return 0;
 }
 
+static size_t entity_count(const sf_state *s) { return s->object_count + s->lamp_count + s->bone_count; }
+
 static void fill_set(sfield_points *set, size_t count, const float *positions, const float *normals)
 {
     memset(set, 0, sizeof *set);
@@ -160,6 +165,71 @@ static int self_of(sf_state *s, const rd_job *job, const ex_mesh *mesh, sf_surfa
     return 0;
 }
 
+/* Does an object deform and, with bones=1, move as its bones? What shines does not. */
+static int has_bones(const rd_job *job, uint32_t object)
+{
+    for (size_t i = 0; i < job->emitter_count; i++)
+        if (job->emitters[i].object == object)
+            return 0;
+    return rd_setting_is(job->settings, "bones", "1") && job->scene->meshes[job->scene->objects[object].mesh].deforms;
+}
+
+/* What a bone hides, and what of it is hidden from its own points by its own triangles as they are now. */
+static int make_bone(sf_state *s, const rd_job *job, const ex_mesh *mesh, sf_bones *b, size_t i, float offset,
+                     char *error)
+{
+    sf_bone *bone = &b->bone[i];
+    sfield_desc d = desc_of(job, s->basis);
+    sfield_mesh input = mesh_of(&bone->hull);
+    sfield_points points;
+    size_t count = 0;
+    sfield_result r = SFIELD_OK;
+    uint32_t *indices = sf_bone_triangles(b, mesh, i, &count);
+    d.inner = fminf(fmaxf(bone->inner, 0.02f), 0.2f);
+    if (!indices)
+        return out_of_memory(error);
+    if (build_field(job, &d, &input, NULL, &bone->occlusion, NULL, error) != 0) {
+        free(indices);
+        return -1;
+    }
+    d = desc_of(job, s->basis);
+    d.keep = 0.06f;
+    input = mesh_of(mesh);
+    input.indices = indices;
+    input.index_count = count;
+    fill_set(&points, b->first[i + 1] - b->first[i], b->positions + 3 * b->first[i], b->normals + 3 * b->first[i]);
+    if (points.count)
+        r = sfield_build_self(&d, &input, &points, offset, &bone->self, NULL);
+    free(indices);
+    return r == SFIELD_OK ? 0 : failed("visibility of a bone's points", r, error);
+}
+
+static int make_bones(sf_state *s, const rd_job *job, uint32_t m, float spacing, float offset, char *error)
+{
+    const ex_mesh *mesh = &job->scene->meshes[m];
+    sf_bones *b = &s->bones[m];
+    if (sf_bones_build(b, mesh) != 0 || sf_surface_build(&s->surface[m], job->scene, mesh, spacing, b->piece) != 0 ||
+        sf_bones_points(b, &s->surface[m]) != 0)
+        return out_of_memory(error);
+    sf_bones_follow(b, mesh, &s->surface[m]);
+    for (size_t i = 0; i < b->count; i++)
+        if (make_bone(s, job, mesh, b, i, offset, error) != 0)
+            return -1;
+    return 0;
+}
+
+/* Room for the entities of all, now that the bones are known. */
+static int make_entities(sf_state *s, const ex_scene *scene, char *error)
+{
+    s->first_bone = calloc(scene->object_count + (size_t)1, sizeof *s->first_bone);
+    for (uint32_t i = 0; s->first_bone && i < scene->object_count; i++) {
+        s->first_bone[i] = (uint32_t)s->bone_count;
+        s->bone_count += s->bones[scene->objects[i].mesh].count;
+    }
+    s->entities = calloc(scene->object_count + scene->light_count + s->bone_count + 1, sizeof *s->entities);
+    return s->first_bone && s->entities ? 0 : out_of_memory(error);
+}
+
 /* Fields and points of every mesh that a casting object uses. */
 static int make_meshes(sf_state *s, const rd_job *job, char *error)
 {
@@ -167,8 +237,9 @@ static int make_meshes(sf_state *s, const rd_job *job, char *error)
     s->mesh_count = scene->mesh_count;
     s->occlusion = calloc(scene->mesh_count + (size_t)1, sizeof *s->occlusion);
     s->surface = calloc(scene->mesh_count + (size_t)1, sizeof *s->surface);
+    s->bones = calloc(scene->mesh_count + (size_t)1, sizeof *s->bones);
     s->same_of = calloc(scene->mesh_count + (size_t)1, sizeof *s->same_of);
-    if (!s->occlusion || !s->surface || !s->same_of)
+    if (!s->occlusion || !s->surface || !s->bones || !s->same_of)
         return out_of_memory(error);
     for (uint32_t i = 0; i < scene->object_count; i++) {
         const ex_object *o = &scene->objects[i];
@@ -176,21 +247,27 @@ static int make_meshes(sf_state *s, const rd_job *job, char *error)
         float share = (float)rd_setting_number(job->settings, "point_spacing");
         float spacing = share * job->radius / fmaxf(scale_of(o), 1e-12f);
         sf_surface *surface = &s->surface[o->mesh];
+        float offset = 1e-3f * job->radius / fmaxf(scale_of(o), 1e-12f);
         uint32_t first = 0;
         if (o->receiver_only || surface->point_count || !mesh->triangle_count)
             continue;
+        if (has_bones(job, i)) {
+            if (make_bones(s, job, o->mesh, spacing, offset, error) != 0)
+                return -1;
+            continue;
+        }
         while (first < o->mesh && !(s->occlusion[first] && same_geometry(mesh, &scene->meshes[first])))
             first++;
         s->same_of[o->mesh] = first;
         if (first == o->mesh && field_of(s, job, mesh, &s->occlusion[first], error) != 0)
             return -1;
-        if (sf_surface_build(surface, scene, mesh, spacing) != 0)
+        if (sf_surface_build(surface, scene, mesh, spacing, NULL) != 0)
             return out_of_memory(error);
-        if (self_of(s, job, mesh, surface, 1e-3f * job->radius / fmaxf(scale_of(o), 1e-12f), error) != 0)
+        if (self_of(s, job, mesh, surface, offset, error) != 0)
             return -1;
     }
     s->same = s->same_of;
-    return 0;
+    return make_entities(s, scene, error);
 }
 
 /* ---- lights ---- */
@@ -450,6 +527,22 @@ static void place_lamp(const sf_state *s, const ex_light *l, const ex_light *bui
     }
 }
 
+/* Bones of an object where they are now. */
+static void place_bones(const sf_state *s, const ex_object *o, uint32_t object)
+{
+    const sf_bones *b = &s->bones[o->mesh];
+    sfield_entity *e = s->entities + s->object_count + s->lamp_count + s->first_bone[object];
+    for (size_t i = 0; i < b->count; i++, e++) {
+        *e = upright;
+        e->occlusion = b->bone[i].occlusion;
+        for (int k = 0; k < 4; k++)
+            for (int l = 0; l < 3; l++) {
+                const float *m = o->transform, *q = b->bone[i].transform + 4 * k;
+                e->transform[4 * k + l] = m[l] * q[0] + m[4 + l] * q[1] + m[8 + l] * q[2] + m[12 + l] * q[3];
+            }
+    }
+}
+
 static int place(sf_state *s, const rd_job *job, char *error)
 {
     const ex_scene *scene = job->scene;
@@ -463,7 +556,10 @@ static int place(sf_state *s, const rd_job *job, char *error)
         if (!s->surface_of[i])
             continue;
         memcpy(e->transform, o->transform, sizeof e->transform);
-        e->occlusion = s->occlusion[s->same[o->mesh]];
+        if (s->bones[o->mesh].count)
+            place_bones(s, o, i);
+        else
+            e->occlusion = s->occlusion[s->same[o->mesh]];
     }
     for (size_t i = 0; i < s->light_count; i++) {
         sfield_entity *e = entity_of(s, scene, i);
@@ -478,7 +574,7 @@ static int place(sf_state *s, const rd_job *job, char *error)
     }
     if (check_enclosed(s, job, error) != 0)
         return -1;
-    r = sfield_scene_entities(s->scene, s->entities, scene->object_count + s->lamp_count);
+    r = sfield_scene_entities(s->scene, s->entities, entity_count(s));
     if (r == SFIELD_ERR_INPUT)
         return failed("objects that are stretched or mirrored are not treated", r, error);
     if (r != SFIELD_OK)
@@ -637,11 +733,62 @@ static sfield_result keep_caches(sf_state *s, uint32_t objects, sfield_points *s
     return SFIELD_OK;
 }
 
+/* A set for each bone of an object that has points; results come bone by bone. Returns the next free set. */
+static sfield_points *add_bones(sf_state *s, uint32_t mesh, uint32_t object, sfield_points *set)
+{
+    const sf_bones *b = &s->bones[mesh];
+    for (size_t i = 0; i < b->count; i++) {
+        const size_t first = b->first[i], count = b->first[i + 1] - first;
+        if (!count)
+            continue;
+        fill_set(set, count, b->positions + 3 * first, b->normals + 3 * first);
+        set->entity = (uint32_t)(s->object_count + s->lamp_count + s->first_bone[object] + i + 1);
+        set->self = b->bone[i].self;
+        set->rgb = s->rgb[object] + 3 * first;
+        s->points += count;
+        set++;
+    }
+    return set;
+}
+
+/* The set of a rigid object. */
+static void add_surface(sf_state *s, uint32_t object, const float *views, sfield_points *set)
+{
+    const sf_surface *surface = s->surface_of[object];
+    fill_set(set, surface->chosen_count, surface->chosen_positions, surface->chosen_normals);
+    set->entity = object + 1;
+    set->self = surface->self;
+    set->rgb = s->rgb[object];
+    set->gloss = s->full ? s->gloss[object] : NULL;
+    set->to_eye = views;
+    set->exponents = s->full ? surface->chosen_exponent : NULL;
+    set->exponent_stride = sizeof(float);
+    s->points += set->count;
+}
+
+/* Results of bones in the order of their surface's points. */
+static sfield_result sort_bones(const sf_state *s, const ex_scene *scene)
+{
+    for (uint32_t object = 0; object < scene->object_count; object++) {
+        const sf_bones *b = &s->bones[scene->objects[object].mesh];
+        const size_t count = s->surface_of[object] && b->count ? s->surface_of[object]->chosen_count : 0;
+        float *rgb = s->rgb[object], *sorted = count ? malloc(3 * count * sizeof *sorted) : NULL;
+        if (count && !sorted)
+            return SFIELD_ERR_ALLOC;
+        for (size_t i = 0; i < count; i++)
+            memcpy(sorted + 3 * (size_t)b->order[i], rgb + 3 * i, 3 * sizeof *sorted);
+        if (count)
+            memcpy(rgb, sorted, 3 * count * sizeof *sorted);
+        free(sorted);
+    }
+    return SFIELD_OK;
+}
+
 static int frame_shadowfield(void *opaque, const rd_job *job, ex_image *out, char *error)
 {
     sf_state *s = opaque;
     const ex_scene *scene = job->scene;
-    sfield_points *sets = calloc(scene->object_count + (size_t)1, sizeof *sets), *set = sets;
+    sfield_points *sets = calloc(scene->object_count + s->bone_count + 1, sizeof *sets), *set = sets;
     float **views = calloc(scene->object_count + (size_t)1, sizeof *views);
     sfield_result r = SFIELD_ERR_ALLOC;
     flat f;
@@ -657,15 +804,10 @@ static int frame_shadowfield(void *opaque, const rd_job *job, ex_image *out, cha
         s->gloss[i] = realloc(s->gloss[i], floats * sizeof(float));
         views[i] = s->full ? views_of(surface, &scene->objects[i], &scene->camera) : NULL;
         good = s->rgb[i] && s->gloss[i] && (views[i] || !s->full);
-        fill_set(set, surface->chosen_count, surface->chosen_positions, surface->chosen_normals);
-        set->entity = i + 1;
-        set->self = surface->self;
-        set->rgb = s->rgb[i];
-        set->gloss = s->full ? s->gloss[i] : NULL;
-        set->to_eye = views[i];
-        set->exponents = s->full ? surface->chosen_exponent : NULL;
-        set->exponent_stride = sizeof(float);
-        s->points += set++->count;
+        if (good && s->bones[scene->objects[i].mesh].count)
+            set = add_bones(s, scene->objects[i].mesh, i, set);
+        else
+            add_surface(s, i, views[i], set++);
     }
     if (good) {
         flat_from = (size_t)(set - sets);
@@ -678,10 +820,12 @@ static int frame_shadowfield(void *opaque, const rd_job *job, ex_image *out, cha
             good = 0;
         else if (!s->gl)
             r = sfield_shade(s->scene, sets, (size_t)(set - sets), &s->stats);
-        else if (sf_gl_shade(s->gl, job, s->scene, s->entities, scene->object_count + s->lamp_count, sets,
+        else if (sf_gl_shade(s->gl, job, s->scene, s->entities, entity_count(s), sets,
                              (size_t)(set - sets), error) != 0)
             r = SFIELD_ERR_ARGUMENT;
     }
+    if (r == SFIELD_OK)
+        r = sort_bones(s, scene);
     if (r == SFIELD_OK)
         lay_pixels(s, job, &f, out);
     if (sets && views) {
@@ -701,7 +845,7 @@ static int frame_shadowfield(void *opaque, const rd_job *job, ex_image *out, cha
 static int send_fields(sf_state *s, const rd_job *job, char *error)
 {
     size_t count = s->mesh_count + s->light_count;
-    const sfield_field **fields = calloc(count + 1, sizeof *fields);
+    const sfield_field **fields = calloc(count + s->bone_count + 1, sizeof *fields);
     int sent = 0;
     if (!job->gl || !fields) {
         free((void *)(size_t)fields);
@@ -709,10 +853,13 @@ static int send_fields(sf_state *s, const rd_job *job, char *error)
     }
     memcpy((void *)(size_t)fields, s->occlusion, s->mesh_count * sizeof *fields);
     memcpy((void *)(size_t)(fields + s->mesh_count), s->light, s->light_count * sizeof *fields);
+    for (uint32_t m = 0; m < s->mesh_count; m++)
+        for (size_t i = 0; i < s->bones[m].count; i++)
+            fields[count++] = s->bones[m].bone[i].occlusion;
     if (s->gl)
-        sent = sf_gl_fields(s->gl, job, fields, count, job->scene->object_count + s->lamp_count, error);
+        sent = sf_gl_fields(s->gl, job, fields, count, entity_count(s), error);
     else
-        s->gl = sf_gl_open(job, fields, count, job->scene->object_count + s->lamp_count, s->full, error);
+        s->gl = sf_gl_open(job, fields, count, entity_count(s), s->full, error);
     free((void *)(size_t)fields);
     return s->gl ? sent : -1;
 }
@@ -732,10 +879,10 @@ static int check_rigid(const sf_state *s, const ex_scene *scene, char *error)
         const ex_object *o = &scene->objects[i];
         const ex_mesh *mesh = &scene->meshes[o->mesh];
         const sf_surface *surface = &s->surface[o->mesh];
-        if (o->receiver_only || !mesh->deforms || !surface->point_count ||
+        if (o->receiver_only || !mesh->deforms || !surface->point_count || s->bones[o->mesh].count ||
             memcmp(surface->positions, mesh->positions, 12 * (size_t)mesh->vertex_count) == 0)
             continue;
-        snprintf(error, EX_ERROR_SIZE, "shadowfield: object %s deforms", o->name);
+        snprintf(error, EX_ERROR_SIZE, "shadowfield: object %s deforms, which needs bones=1", o->name);
         return -1;
     }
     return 0;
@@ -747,6 +894,11 @@ static int update_shadowfield(void *opaque, const rd_job *job, char *error)
     int built, placed;
     if (check_rigid(s, job->scene, error) != 0)
         return -1;
+    for (uint32_t m = 0; m < s->mesh_count; m++)
+        if (s->bones[m].count) {
+            sf_surface_follow(&s->surface[m], &job->scene->meshes[m]);
+            sf_bones_follow(&s->bones[m], &job->scene->meshes[m], &s->surface[m]);
+        }
     built = follow_lights(s, job, error);
     placed = built < 0 ? -1 : place(s, job, error);
     if (placed == 0)
@@ -769,6 +921,8 @@ static void close_shadowfield(void *opaque)
             s->surface[i].self = NULL;
             sf_surface_free(&s->surface[i]);
         }
+        if (s->bones)
+            sf_bones_free(&s->bones[i]);
     }
     free_old_lights(s);
     for (size_t i = 0; i < s->light_count; i++) {
@@ -784,6 +938,8 @@ static void close_shadowfield(void *opaque)
     sf_baked_free(&s->baked);
     free(s->occlusion);
     free(s->surface);
+    free(s->bones);
+    free(s->first_bone);
     free(s->same_of);
     free(s->light);
     free(s->light_object);
@@ -828,7 +984,6 @@ static int open_shadowfield(void **opaque, const rd_job *job, char *error)
     s->cache = lazy ? calloc(objects + 1, sizeof(sfield_cache *)) : NULL;
     s->glow = calloc(lights, sizeof *s->glow);
     s->old_light = calloc(lights, sizeof *s->old_light);
-    s->entities = calloc(objects + lights, sizeof *s->entities);
     s->surface_of = calloc(objects + 1, sizeof *s->surface_of);
     s->gloss = calloc(objects + 1, sizeof *s->gloss);
     s->rgb = calloc(objects + 1, sizeof *s->rgb);
@@ -842,9 +997,10 @@ static int open_shadowfield(void **opaque, const rd_job *job, char *error)
         snprintf(error, EX_ERROR_SIZE, "shadowfield: build=gpu needs --backend gl");
     } else if (lazy && (s->full || job->gl)) {
         snprintf(error, EX_ERROR_SIZE, "shadowfield: lazy=1 needs materials=diffuse and --backend cpu");
+    } else if (rd_setting_is(job->settings, "bones", "1") && (s->full || lazy)) {
+        snprintf(error, EX_ERROR_SIZE, "shadowfield: bones=1 needs materials=diffuse and lazy=0");
     } else if ((lazy && !s->cache) || !s->light || !s->light_object || !s->light_of || !s->built || !s->glow ||
-               !s->old_light || !s->entities ||
-               !s->surface_of || !s->gloss || !s->rgb) {
+               !s->old_light || !s->surface_of || !s->gloss || !s->rgb) {
         out_of_memory(error);
     } else if ((r = sfield_scene_create(&d, &s->scene)) != SFIELD_OK) {
         failed("scene", r, error);
@@ -868,6 +1024,10 @@ static void report_shadowfield(const void *opaque, rd_report *report)
         fields += sfield_bytes(s->occlusion[i]);
         self += sfield_bytes(s->surface[i].self);
         count += s->occlusion[i] != NULL;
+        for (size_t k = 0; k < s->bones[i].count; k++) {
+            fields += sfield_bytes(s->bones[i].bone[k].occlusion);
+            self += sfield_bytes(s->bones[i].bone[k].self);
+        }
     }
     for (size_t i = 0; i < s->light_count; i++) {
         size_t first = 0;
@@ -881,6 +1041,7 @@ static void report_shadowfield(const void *opaque, rd_report *report)
     report->peak_bytes = s->peak;
     rd_json_text(report->json, "basis", s->basis == SFIELD_BASIS_HAAR ? "haar" : "sh");
     rd_json_integer(report->json, "fields", count);
+    rd_json_integer(report->json, "bones", s->bone_count);
     rd_json_integer(report->json, "field_bytes", fields);
     rd_json_integer(report->json, "self_bytes", self);
     rd_json_integer(report->json, "source_bytes", sources);
@@ -899,6 +1060,7 @@ static const rd_key keys[] = {
     { "position_side", RD_INTEGER, "0", 2, 64, "0", "points a side of a shell's six faces; 0: 16, wavelets 32" },
     { "source_position_side", RD_INTEGER, "0", 2, 64, "0", "of what an object emits; 0: position_side" },
     { "source_shell_count", RD_INTEGER, "0", 2, 64, "0", "of that, which is built again when it changes; 0: shell_count" },
+    { "bones", RD_WORD, "0|1", 0, 0, "0", "1: meshes that deform are rigid bodies that follow them" },
     { "lazy", RD_WORD, "0|1", 0, 0, "0", "1 keeps what hides each light while only lights move" },
     { "build", RD_WORD, "cpu|gpu", 0, 0, "cpu", "where fields of meshes are made; gpu needs --backend gl" },
     { "keep", RD_NUMBER, NULL, 0, 1, "0", "share of wavelets kept of a cube; 0: 0.01" },

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_CUTS = 48 };
+enum { MOST_CUTS = 48, MOST_PIECES = 1000 };
 
 static float edge(const float *a, const float *b)
 {
@@ -39,6 +39,8 @@ static void cut_triangle(sf_surface *s, const ex_mesh *mesh, size_t t, uint32_t 
         for (uint32_t i = 0; i + j <= c; i++) {
             float b[3] = { (float)(c - i - j) / (float)c, (float)i / (float)c, (float)j / (float)c }, length = 0;
             float *p = s->positions + 3 * s->point_count, *n = s->normals + 3 * s->point_count;
+            memcpy(s->corners + 3 * s->point_count, index, 3 * sizeof *index);
+            memcpy(s->shares + 3 * s->point_count, b, sizeof b);
             for (int k = 0; k < 3; k++) {
                 p[k] = n[k] = 0;
                 for (int v = 0; v < 3; v++) {
@@ -62,15 +64,37 @@ static void cut_triangle(sf_surface *s, const ex_mesh *mesh, size_t t, uint32_t 
         }
 }
 
-static int choose(sf_surface *s, float spacing)
+/* Positions of which those of different pieces lie far apart: layers of cloth are each other's neighbours otherwise. */
+static float *spread_pieces(const sf_surface *s, const uint32_t *piece)
+{
+    float *out = malloc((3 * s->point_count + 1) * sizeof *out), most = 0;
+    uint32_t pieces = 0;
+    for (size_t i = 0; out && i < 3 * s->point_count; i++)
+        most = fmaxf(most, fabsf(out[i] = s->positions[i]));
+    for (size_t i = 0; out && i < s->point_count; i++)
+        pieces = piece[s->corners[3 * i]] > pieces ? piece[s->corners[3 * i]] : pieces;
+    for (size_t i = 0; out && pieces <= MOST_PIECES && i < s->point_count; i++)
+        out[3 * i] += 4 * most * (float)piece[s->corners[3 * i]];
+    return out;
+}
+
+static int choose(sf_surface *s, float spacing, const uint32_t *piece)
 {
     size_t n = s->point_count;
+    float *apart = piece ? spread_pieces(s, piece) : NULL;
+    sfield_result r;
+    if (piece && !apart)
+        return -1;
     s->chosen = malloc(n * sizeof *s->chosen);
     s->sources = malloc(3 * n * sizeof *s->sources);
     s->weights = malloc(3 * n * sizeof *s->weights);
-    if (!s->chosen || !s->sources || !s->weights ||
-        sfield_sparse(&(const sfield_points){ .count = n, .positions = s->positions, .normals = s->normals },
-                      spacing, NULL, s->chosen, &s->chosen_count, s->sources, s->weights) != SFIELD_OK)
+    r = !s->chosen || !s->sources || !s->weights
+            ? SFIELD_ERR_ALLOC
+            : sfield_sparse(&(const sfield_points){ .count = n, .positions = piece ? apart : s->positions,
+                                                    .normals = s->normals },
+                            spacing, NULL, s->chosen, &s->chosen_count, s->sources, s->weights);
+    free(apart);
+    if (r != SFIELD_OK)
         return -1;
     s->chosen_positions = malloc(3 * s->chosen_count * sizeof *s->chosen_positions);
     s->chosen_normals = malloc(3 * s->chosen_count * sizeof *s->chosen_normals);
@@ -85,7 +109,7 @@ static int choose(sf_surface *s, float spacing)
     return 0;
 }
 
-int sf_surface_build(sf_surface *s, const ex_scene *scene, const ex_mesh *mesh, float spacing)
+int sf_surface_build(sf_surface *s, const ex_scene *scene, const ex_mesh *mesh, float spacing, const uint32_t *piece)
 {
     size_t points = mesh->vertex_count, triangles = 0;
     memset(s, 0, sizeof *s);
@@ -97,15 +121,22 @@ int sf_surface_build(sf_surface *s, const ex_scene *scene, const ex_mesh *mesh, 
     s->positions = malloc((3 * points + 1) * sizeof *s->positions);
     s->normals = malloc((3 * points + 1) * sizeof *s->normals);
     s->exponent = malloc((points + 1) * sizeof *s->exponent);
+    s->corners = malloc((3 * points + 1) * sizeof *s->corners);
+    s->shares = malloc((3 * points + 1) * sizeof *s->shares);
     s->triangles = malloc((3 * triangles + 1) * sizeof *s->triangles);
-    if (!s->positions || !s->normals || !s->exponent || !s->triangles) {
+    if (!s->positions || !s->normals || !s->exponent || !s->triangles || !s->corners || !s->shares) {
         sf_surface_free(s);
         return -1;
     }
     memcpy(s->positions, mesh->positions, 3 * (size_t)mesh->vertex_count * sizeof *s->positions);
     memcpy(s->normals, mesh->normals, 3 * (size_t)mesh->vertex_count * sizeof *s->normals);
-    for (size_t i = 0; i < mesh->vertex_count; i++)
+    for (size_t i = 0; i < mesh->vertex_count; i++) {
         s->exponent[i] = 1;
+        for (size_t k = 0; k < 3; k++) {
+            s->corners[3 * i + k] = (uint32_t)i;
+            s->shares[3 * i + k] = k == 0;
+        }
+    }
     s->point_count = mesh->vertex_count;
     for (size_t t = 0; t < mesh->triangle_count; t++) {
         const uint32_t *index = mesh->indices + 3 * t;
@@ -119,10 +150,32 @@ int sf_surface_build(sf_surface *s, const ex_scene *scene, const ex_mesh *mesh, 
             s->exponent[index[k]] = exponent;
         memcpy(s->triangles + 3 * s->triangle_count++, index, 3 * sizeof *index);
     }
-    if (choose(s, spacing) == 0)
+    if (choose(s, spacing, piece) == 0)
         return 0;
     sf_surface_free(s);
     return -1;
+}
+
+void sf_surface_follow(sf_surface *s, const ex_mesh *mesh)
+{
+    for (size_t i = 0; i < s->point_count; i++) {
+        float *p = s->positions + 3 * i, *n = s->normals + 3 * i, length = 0;
+        for (size_t k = 0; k < 3; k++) {
+            p[k] = n[k] = 0;
+            for (size_t v = 0; v < 3; v++) {
+                const size_t at = 3 * (size_t)s->corners[3 * i + v] + k;
+                p[k] += s->shares[3 * i + v] * mesh->positions[at];
+                n[k] += s->shares[3 * i + v] * mesh->normals[at];
+            }
+            length += n[k] * n[k];
+        }
+        for (int k = 0; k < 3; k++)
+            n[k] = length > 1e-12f ? n[k] / sqrtf(length) : k == 1;
+    }
+    for (size_t i = 0; i < s->chosen_count; i++) {
+        memcpy(s->chosen_positions + 3 * i, s->positions + 3 * (size_t)s->chosen[i], 3 * sizeof(float));
+        memcpy(s->chosen_normals + 3 * i, s->normals + 3 * (size_t)s->chosen[i], 3 * sizeof(float));
+    }
 }
 
 void sf_surface_free(sf_surface *s)
@@ -130,6 +183,8 @@ void sf_surface_free(sf_surface *s)
     free(s->positions);
     free(s->normals);
     free(s->exponent);
+    free(s->corners);
+    free(s->shares);
     free(s->triangles);
     free(s->chosen);
     free(s->sources);

@@ -11,6 +11,8 @@ typedef struct sf_surface {
     float    *positions, *normals;      /* 3 a point */
     uint32_t *triangles;                /* 3 points each */
     float    *exponent;                 /* Phong's, of each point */
+    uint32_t *corners;                  /* of each point: 3 vertices of the mesh between which it lies, and ... */
+    float    *shares;                   /* ... their 3 weights */
     size_t    point_count, triangle_count;
     uint32_t *chosen;                   /* those that are shaded; the others take from three of them */
     size_t    chosen_count;
@@ -23,9 +25,40 @@ typedef struct sf_surface {
 /* Where a pixel takes its light from: three points of its object's surface; weight sum 1, or 0 where there is none. */
 typedef struct sf_tap { uint32_t point[3]; float weight[3]; } sf_tap;
 
-/* spacing: in the mesh's units. 0, or -1: out of memory. */
-int  sf_surface_build(sf_surface *surface, const ex_scene *scene, const ex_mesh *mesh, float spacing);
+/* spacing: in the mesh's units. piece: a number of each vertex; light is not interpolated between points of different
+   ones. NULL: it is, wherever they are near. 0, or -1: out of memory. */
+int  sf_surface_build(sf_surface *surface, const ex_scene *scene, const ex_mesh *mesh, float spacing,
+                      const uint32_t *piece);
 void sf_surface_free(sf_surface *surface);
+void sf_surface_follow(sf_surface *surface, const ex_mesh *mesh);       /* to where the vertices are now */
+
+/* bones=1 (shadowfield_bones.c): a mesh that deforms as rigid bodies that follow it. */
+typedef struct sf_bone {
+    uint32_t     *vertex;               /* by which it follows */
+    float        *rest;                 /* where those were in the first frame */
+    size_t        vertex_count;
+    ex_mesh       hull;                 /* closed and convex, as in the first frame: no normals, no materials */
+    float         inner;                /* how far the hull is from its middle at least, in radii */
+    float         transform[16];        /* from the first frame to now, in the mesh's space: rotation, scale, shift */
+    sfield_field *occlusion, *self;     /* of the hull; of its points by its own triangles. Freed with the bone */
+} sf_bone;
+typedef struct sf_bones {
+    sf_bone  *bone;
+    size_t    count;
+    uint32_t *of_vertex;                /* number of the bone that it lies on */
+    uint32_t *piece;                    /* of each vertex: number of what hangs together, before pieces were joined */
+    uint32_t *order;                    /* chosen points of the surface, bone by bone */
+    size_t   *first;                    /* of each bone, and one more: where its points begin in `order` */
+    float    *positions, *normals;      /* of the points, in that order, each in the space of its bone */
+} sf_bones;
+
+/* The first two: 0, or -1: out of memory. follow: to where mesh and surface are now. triangles: those of a bone, to be
+   freed, three times as many numbers in *count; NULL: out of memory. */
+int  sf_bones_build(sf_bones *bones, const ex_mesh *mesh);
+int  sf_bones_points(sf_bones *bones, const sf_surface *surface);
+void sf_bones_follow(sf_bones *bones, const ex_mesh *mesh, const sf_surface *surface);
+uint32_t *sf_bone_triangles(const sf_bones *bones, const ex_mesh *mesh, size_t bone, size_t *count);
+void sf_bones_free(sf_bones *bones);
 
 /* taps: one for each pixel; surface: by object, NULL entries are left alone. */
 int  sf_taps_build(sf_tap *taps, const rd_job *job, const sf_surface *const *surfaces);
