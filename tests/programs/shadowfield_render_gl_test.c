@@ -47,6 +47,13 @@ static void a_moving_video_lights_alike(void **state)
     agree("--scene builtin:explosion --frames 2" SMALL);
 }
 
+/* 23 bones, whose points have self-visibility of their own. */
+static void bones_that_follow_light_alike(void **state)
+{
+    (void)state;
+    agree("--scene builtin:figure --env builtin:overcast --set bones=1 --frames 3" SMALL);
+}
+
 /* Objects and lights that are meshes, drawn and projected on OpenGL: some samples at edges are others. */
 static void fields_built_on_gl_light_alike(void **state)
 {
@@ -77,6 +84,7 @@ int main(void)
                                         cmocka_unit_test(spots_and_sun_light_glossy_robots_alike),
                                         cmocka_unit_test(bullets_are_lit_by_others),
                                         cmocka_unit_test(a_moving_video_lights_alike),
+                                        cmocka_unit_test(bones_that_follow_light_alike),
                                         cmocka_unit_test(fields_built_on_gl_light_alike) };
     return cmocka_run_group_tests(tests, open_folder, close_folder);
 }
