@@ -6,20 +6,26 @@ build=${BUILD:-build}
 dir=build/seen
 passed=0 failed=0 skipped=0
 mkdir -p $dir || exit 1
-rm -f $dir/*.glb
+rm -f $dir/*.glb $dir/cornell.json*
 leave() {
     echo "  skipped: $1 ($2)"
     skipped=$((skipped + 1))
 }
+lit() { if node $dir/seen_lit.mjs $dir/"$1".png "$@"; then passed=$((passed + 1)); else failed=$((failed + 1)); fi; }
 bake() { "$build/bake" "$@" || { echo "  FAILED: bake $*"; failed=$((failed + 1)); }; }
 
 if command -v node >/dev/null 2>&1; then
     node tests/web/seen_model.mjs $dir/box.glb || exit 1
     bake ao $dir/box.glb -o $dir/box-vertex.glb --set into=vertex --set bent=1
     bake ao $dir/box.glb -o $dir/box-texture.glb --set image_side=256 --set bent=1 --set bits=16
+    bake model builtin:knot -o $dir/knot.glb
+    bake lights builtin:sky --count 100 -o $dir/sky.glb
+    bake lights builtin:sky --count 100 -o $dir/sky.json
     if "$build/render" --list | grep -q '^  reference.*needs Embree'; then leave 'bake light' 'no Embree'
     else
         bake light $dir/box.glb -o $dir/box-light.glb --set into=vertex --set samples=16 --set directional=1
+        bake model builtin:cornell -o $dir/cornell.glb
+        bake probes builtin:cornell --grid 6x6x6 --bounces 4 -o $dir/cornell.json
         rm -f $dir/map-*
         for map in 'float --set maps=exr --set bits=32' 'half --set maps=exr' 'hdr --set maps=hdr'; do
             # shellcheck disable=SC2086
@@ -44,6 +50,10 @@ else
     set --
     for file in $dir/box-*.glb; do set -- "$@" $dir/box.glb "$file"; done
     if node $dir/seen.mjs $dir "$@"; then passed=$((passed + $# / 2)); else failed=$((failed + 1)); fi
+    # Pictures of docs/: the same with bunny.glb and venice_sunset_1k.hdr (--count 300 --set split_sun=1 --set hemisphere=1), and as it is.
+    cp tests/web/seen_lit.mjs $dir/
+    lit lights $dir/knot.glb $dir/sky.glb $dir/sky.json
+    [ ! -f $dir/cornell.json ] || lit probes $dir/cornell.glb $dir/cornell.json examples/bake/probes.glsl
 fi
 if [ -f $dir/map-float.glb ] && [ -d $dir/node_modules/three ]; then
     cp tests/web/seen_maps.mjs $dir/
