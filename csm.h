@@ -2381,12 +2381,10 @@ typedef struct cohsm__target {
 static void cohsm__insert_depth(uint16_t *z, uint32_t keep, uint16_t depth)
 {
     uint16_t t;
-    if (keep == 2) {
-        if (depth >= z[1]) return;
-        if (depth < z[0]) {
-            z[1] = z[0];
-            z[0] = depth;
-        } else z[1] = depth;
+    if (keep == 2) {                    /* without branches, since nobody can predict them */
+        const uint16_t first = z[0], second = z[1], behind = depth > first ? depth : first;
+        z[0] = depth < first ? depth : first;
+        z[1] = behind < second ? behind : second;
         return;
     }
     if (depth >= z[2]) return;
@@ -2569,6 +2567,18 @@ typedef struct cohsm__queue {
     float    z[3][COHSM__QUEUE];
     uint32_t count;
 } cohsm__queue;
+
+/* Directions of one column of the sphere have one axis to the right: of a mesh whose triangles are smaller
+   than a pixel, most have no sample column between their corners and are left out of all these views at
+   once. Up to COHSM__ABREAST views are drawn together, a slab of the mesh after the other: of its
+   triangles, those that hold a sample column, with x on the images and all three corners. */
+enum { COHSM__ABREAST = 8, COHSM__SLAB = 16 * COHSM__CLUSTER };
+typedef struct cohsm__slab {
+    int32_t  x[3][COHSM__SLAB + 16];   /* kernels write 16 entries at a time */
+    float    corner[9][COHSM__SLAB + 16];
+    uint32_t count;
+} cohsm__slab;
+typedef struct cohsm__column { cohsm__slab slab; cohsm__queue queue[COHSM__ABREAST]; } cohsm__column;
 
 /* Lists which of COHSM__STRETCH neighbouring clusters are in sight. The list has room for eight more, since
    kernels write eight entries at a time. */
@@ -5891,7 +5901,14 @@ static const int32_t cohsm__numbers[16] = { 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11
 #define cohsm__fixed COHSM__NAME_IN_SET(cohsm__fixed, COHSM__SET)
 #define cohsm__depths COHSM__NAME_IN_SET(cohsm__depths, COHSM__SET)
 #define cohsm__queue_add COHSM__NAME_IN_SET(cohsm__queue_add, COHSM__SET)
+#define cohsm__image_axes COHSM__NAME_IN_SET(cohsm__image_axes, COHSM__SET)
+#define cohsm__image_axes_of COHSM__NAME_IN_SET(cohsm__image_axes_of, COHSM__SET)
+#define cohsm__queue_triangles COHSM__NAME_IN_SET(cohsm__queue_triangles, COHSM__SET)
+#define cohsm__find_x COHSM__NAME_IN_SET(cohsm__find_x, COHSM__SET)
 #define cohsm__enqueue COHSM__NAME_IN_SET(cohsm__enqueue, COHSM__SET)
+#define cohsm__slab_add COHSM__NAME_IN_SET(cohsm__slab_add, COHSM__SET)
+#define cohsm__find_slab COHSM__NAME_IN_SET(cohsm__find_slab, COHSM__SET)
+#define cohsm__enqueue_slab COHSM__NAME_IN_SET(cohsm__enqueue_slab, COHSM__SET)
 #define cohsm__sees8 COHSM__NAME_IN_SET(cohsm__sees8, COHSM__SET)
 #define cohsm__append8 COHSM__NAME_IN_SET(cohsm__append8, COHSM__SET)
 #define cohsm__find_clusters COHSM__NAME_IN_SET(cohsm__find_clusters, COHSM__SET)
@@ -7324,40 +7341,134 @@ static inline COHSM__IN_KERNEL void cohsm__queue_add(cohsm__queue *q, const cohs
     q->count = at + cohsm__mask_count(m);
 }
 
+/* The axes of an orthographic view, for positions on its image in 1/256 pixel from its lower left corner. */
+typedef struct cohsm__image_axes { cohsm__lanes3 right, up, back; cohsm__lanes offset; } cohsm__image_axes;
+
+static inline COHSM__IN_KERNEL cohsm__image_axes cohsm__image_axes_of(const cohsm__target *t,
+                                                                      const cohsm__axes *axes)
+{
+    const float scale = (float)(t->size * (COHSM__SUBPIXEL / 2));
+    const cohsm__v3 r = cohsm__v3_scale(axes->right, scale), u = cohsm__v3_scale(axes->up, scale);
+    cohsm__image_axes a;
+    a.right = cohsm__lanes3_all(r.x, r.y, r.z);
+    a.up = cohsm__lanes3_all(u.x, u.y, u.z);
+    a.back = cohsm__lanes3_all(axes->back.x, axes->back.y, axes->back.z);
+    a.offset = cohsm__lanes_all(scale + 0.5f);
+    return a;
+}
+
+/* Puts those triangles of a mask into the queue that hold a sample, by their corners and by their x in p. */
+static inline COHSM__IN_KERNEL void cohsm__queue_triangles(const cohsm__target *t,
+                                                           const cohsm__image_axes *axes,
+                                                           const cohsm__lanes3 *corner, cohsm__triangles *p,
+                                                           cohsm__lane_mask use, cohsm__queue *q)
+{
+    const cohsm__lane_ints one = cohsm__ints_all(1);
+    cohsm__spans span;
+    p->y0 = cohsm__fixed(corner[0], axes->up, axes->offset);
+    p->y1 = cohsm__fixed(corner[1], axes->up, axes->offset);
+    p->y2 = cohsm__fixed(corner[2], axes->up, axes->offset);
+    p->z0 = cohsm__depths(corner[0], axes->back);
+    p->z1 = cohsm__depths(corner[1], axes->back);
+    p->z2 = cohsm__depths(corner[2], axes->back);
+    span = cohsm__spans_of(t, p);
+    use = cohsm__mask_and(use, cohsm__ints_greater(cohsm__ints_add(span.hx, one), span.lx));
+    use = cohsm__mask_and(use, cohsm__ints_greater(cohsm__ints_add(span.hy, one), span.ly));
+    if (COHSM__WIDTH == 1 && !cohsm__mask_any(use)) return;
+    cohsm__queue_add(q, p, use);
+}
+
+static inline COHSM__IN_KERNEL void cohsm__find_x(const cohsm__image_axes *axes, const cohsm__lanes3 *corner,
+                                                  cohsm__triangles *p)
+{
+    p->x0 = cohsm__fixed(corner[0], axes->right, axes->offset);
+    p->x1 = cohsm__fixed(corner[1], axes->right, axes->offset);
+    p->x2 = cohsm__fixed(corner[2], axes->right, axes->offset);
+}
+
 /* Puts the triangles of the clusters in sight of an orthographic view into the queue. */
 COHSM__KERNEL static void cohsm__enqueue(const cohsm__target *t, const cohsm__camera *cam,
                                          const cohsm__soup *soup, const cohsm__sight *sight, cohsm__queue *q)
 {
     enum { PARTS = COHSM__CLUSTER / COHSM__LANE_COUNT };
-    const float scale = (float)(t->size * (COHSM__SUBPIXEL / 2));
-    const cohsm__v3 r = cohsm__v3_scale(cam->axes.right, scale), u = cohsm__v3_scale(cam->axes.up, scale);
-    const cohsm__lanes3 right = cohsm__lanes3_all(r.x, r.y, r.z), up = cohsm__lanes3_all(u.x, u.y, u.z);
-    const cohsm__lanes3 back = cohsm__lanes3_all(cam->axes.back.x, cam->axes.back.y, cam->axes.back.z);
-    const cohsm__lanes offset = cohsm__lanes_all(scale + 0.5f);
+    const cohsm__image_axes axes = cohsm__image_axes_of(t, &cam->axes);
+    const cohsm__lane_mask all = cohsm__ints_greater(cohsm__ints_all(1), cohsm__ints_all(0));
     uint32_t i;
 
     for (i = 0; i < PARTS * sight->count; i++) {
         const float *v = cohsm__cluster(soup, sight->cluster[i / PARTS]) + COHSM__LANE_COUNT * (i % PARTS);
-        const cohsm__lanes3 a = cohsm__corner_load(v), b = cohsm__corner_load(v + 3 * COHSM__CLUSTER);
-        const cohsm__lanes3 c = cohsm__corner_load(v + 6 * COHSM__CLUSTER);
-        const cohsm__lane_ints one = cohsm__ints_all(1);
+        cohsm__lanes3 corner[3];
         cohsm__triangles p;
-        cohsm__spans span;
-        cohsm__lane_mask holds;
-        p.x0 = cohsm__fixed(a, right, offset);
-        p.x1 = cohsm__fixed(b, right, offset);
-        p.x2 = cohsm__fixed(c, right, offset);
-        p.y0 = cohsm__fixed(a, up, offset);
-        p.y1 = cohsm__fixed(b, up, offset);
-        p.y2 = cohsm__fixed(c, up, offset);
-        p.z0 = cohsm__depths(a, back);
-        p.z1 = cohsm__depths(b, back);
-        p.z2 = cohsm__depths(c, back);
-        span = cohsm__spans_of(t, &p);
-        holds = cohsm__ints_greater(cohsm__ints_add(span.hx, one), span.lx);
-        holds = cohsm__mask_and(holds, cohsm__ints_greater(cohsm__ints_add(span.hy, one), span.ly));
-        if (COHSM__WIDTH == 1 && !cohsm__mask_any(holds)) continue;
-        cohsm__queue_add(q, &p, holds);
+        corner[0] = cohsm__corner_load(v);
+        corner[1] = cohsm__corner_load(v + 3 * COHSM__CLUSTER);
+        corner[2] = cohsm__corner_load(v + 6 * COHSM__CLUSTER);
+        cohsm__find_x(&axes, corner, &p);
+        cohsm__queue_triangles(t, &axes, corner, &p, all, q);
+        if (q->count > COHSM__MANY) cohsm__draw_queue(t, cam, q, 0);
+    }
+}
+
+/* Appends the triangles of a mask to those of the slab, with the x that p holds. */
+static inline COHSM__IN_KERNEL void cohsm__slab_add(cohsm__slab *slab, const cohsm__triangles *p,
+                                                     const cohsm__lanes3 *corner, cohsm__lane_mask m)
+{
+    const uint32_t at = slab->count;
+    int k;
+    cohsm__ints_append(slab->x[0] + at, m, p->x0);
+    cohsm__ints_append(slab->x[1] + at, m, p->x1);
+    cohsm__ints_append(slab->x[2] + at, m, p->x2);
+    for (k = 0; k < 3; k++) {
+        cohsm__lanes_append(slab->corner[3 * k] + at, m, corner[k].x);
+        cohsm__lanes_append(slab->corner[3 * k + 1] + at, m, corner[k].y);
+        cohsm__lanes_append(slab->corner[3 * k + 2] + at, m, corner[k].z);
+    }
+    slab->count = at + cohsm__mask_count(m);
+}
+
+/* Finds the triangles of the clusters begin .. end - 1, no more than a slab, that hold a sample column of all
+   views with the right axis of this one. */
+COHSM__KERNEL static void cohsm__find_slab(const cohsm__target *t, const cohsm__camera *cam,
+                                            const cohsm__soup *soup, uint32_t begin, uint32_t end,
+                                            cohsm__slab *slab)
+{
+    enum { PARTS = COHSM__CLUSTER / COHSM__LANE_COUNT };
+    const cohsm__image_axes axes = cohsm__image_axes_of(t, &cam->axes);
+    uint32_t i;
+
+    slab->count = 0;
+    for (i = PARTS * begin; i < PARTS * end; i++) {
+        const float *v = cohsm__cluster(soup, i / PARTS) + COHSM__LANE_COUNT * (i % PARTS);
+        cohsm__lanes3 corner[3];
+        cohsm__triangles p;
+        cohsm__lane_ints low, high, one = cohsm__ints_all(1);
+        corner[0] = cohsm__corner_load(v);
+        corner[1] = cohsm__corner_load(v + 3 * COHSM__CLUSTER);
+        corner[2] = cohsm__corner_load(v + 6 * COHSM__CLUSTER);
+        cohsm__find_x(&axes, corner, &p);
+        cohsm__span(p.x0, p.x1, p.x2, 0, t->size, &low, &high);
+        cohsm__slab_add(slab, &p, corner, cohsm__ints_greater(cohsm__ints_add(high, one), low));
+    }
+}
+
+/* Puts the triangles of a slab into the queue of one of its views. */
+COHSM__KERNEL static void cohsm__enqueue_slab(const cohsm__target *t, const cohsm__camera *cam,
+                                               const cohsm__slab *slab, cohsm__queue *q)
+{
+    const cohsm__image_axes axes = cohsm__image_axes_of(t, &cam->axes);
+    uint32_t at, k;
+
+    for (at = 0; at < slab->count; at += COHSM__LANE_COUNT) {
+        const cohsm__lane_ints left = cohsm__ints_all((int32_t)(slab->count - at));
+        cohsm__lanes3 corner[3];
+        cohsm__triangles p;
+        p.x0 = cohsm__ints_load(slab->x[0] + at);
+        p.x1 = cohsm__ints_load(slab->x[1] + at);
+        p.x2 = cohsm__ints_load(slab->x[2] + at);
+        for (k = 0; k < 3; k++)
+            corner[k] = cohsm__lanes3_load(slab->corner[3 * k] + at, slab->corner[3 * k + 1] + at,
+                                           slab->corner[3 * k + 2] + at);
+        cohsm__queue_triangles(t, &axes, corner, &p,
+                               cohsm__ints_greater(left, cohsm__ints_load(cohsm__numbers)), q);
         if (q->count > COHSM__MANY) cohsm__draw_queue(t, cam, q, 0);
     }
 }
@@ -8149,6 +8260,10 @@ typedef struct cohsm__kernels {
                  cohsm__sight *sight);
     void (*enqueue)(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup,
                     const cohsm__sight *sight, cohsm__queue *q);
+    void (*find_slab)(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup,
+                      uint32_t begin, uint32_t end, cohsm__slab *slab);
+    void (*enqueue_slab)(const cohsm__target *t, const cohsm__camera *cam, const cohsm__slab *slab,
+                          cohsm__queue *q);
     void (*draw_queue)(const cohsm__target *t, const cohsm__camera *cam, cohsm__queue *q, int all);
 #endif
 } cohsm__kernels;
@@ -8164,6 +8279,8 @@ static cohsm__kernels cohsm__choose_kernels(int simd)
 #ifndef COHSM_WITHOUT_BUILD
     k.find = cohsm__find_clusters_plain;
     k.enqueue = cohsm__enqueue_plain;
+    k.find_slab = cohsm__find_slab_plain;
+    k.enqueue_slab = cohsm__enqueue_slab_plain;
     k.draw_queue = cohsm__draw_queue_plain;
 #endif
 #if COHSM__SIMD_SETS
@@ -8176,6 +8293,8 @@ static cohsm__kernels cohsm__choose_kernels(int simd)
 #ifndef COHSM_WITHOUT_BUILD
         k.find = cohsm__find_clusters_avx2;
         k.enqueue = simd == 2 ? cohsm__enqueue_avx512 : cohsm__enqueue_avx2;
+        k.find_slab = simd == 2 ? cohsm__find_slab_avx512 : cohsm__find_slab_avx2;
+        k.enqueue_slab = simd == 2 ? cohsm__enqueue_slab_avx512 : cohsm__enqueue_slab_avx2;
         k.draw_queue = simd == 2 ? cohsm__draw_queue_avx512 : cohsm__draw_queue_avx2;
 #endif
     }
@@ -9049,6 +9168,26 @@ static void cohsm__raster_view(const cohsm__target *t, const cohsm__camera *cam,
     kernels.draw_queue(t, cam, &q, 1);
 }
 
+/* Draws whole orthographic views whose axes to the right are the same. */
+static void cohsm__raster_column(const cohsm__target *t, const cohsm__camera *cam, uint32_t count,
+                                 const cohsm__soup *soup, int simd, cohsm__column *column)
+{
+    const size_t depths = (size_t)(t->size * t->size) * t->keep;
+    const cohsm__kernels kernels = cohsm__choose_kernels(simd);
+    uint32_t begin, end, i;
+
+    for (i = 0; i < count; i++) {
+        memset(t[i].z, 0xff, depths * sizeof *t->z);
+        column->queue[i].count = 0;
+    }
+    for (begin = 0; begin < soup->clusters; begin = end) {
+        end = cohsm__min_u32(begin + COHSM__SLAB / COHSM__CLUSTER, soup->clusters);
+        kernels.find_slab(t, cam, soup, begin, end, &column->slab);
+        for (i = 0; i < count; i++) kernels.enqueue_slab(t + i, cam + i, &column->slab, column->queue + i);
+    }
+    for (i = 0; i < count; i++) kernels.draw_queue(t + i, cam + i, column->queue + i, 1);
+}
+
 /* ==== src/csm/build.h ==== */
 
 /* ---- build: from a mesh ---- */
@@ -9057,40 +9196,133 @@ static void cohsm__raster_view(const cohsm__target *t, const cohsm__camera *cam,
 typedef struct cohsm__shelf { uint16_t *z; int filled; } cohsm__shelf;
 #define COHSM__SHELF_BYTES ((size_t)1 << 25)        /* larger trials draw their views for each order */
 
+/* The views of a batch that are drawn together. */
+typedef struct cohsm__group { uint32_t view[COHSM__ABREAST], count; } cohsm__group;
+
+/* As many columns as a Hilbert curve's batch has; views beyond them are drawn alone. */
+enum { COHSM__COLUMNS = COHSM__BATCH / COHSM__ABREAST };
+
 typedef struct cohsm__job {
     cohsm_builder *builder;
     const cohsm__soup *soup;
     const cohsm__shelf *shelf;          /* NULL: none */
+    cohsm__column *columns;             /* COHSM__COLUMNS of them; NULL: every view is drawn alone */
     int simd;
+    cohsm__camera cameras[COHSM__BATCH];
+    cohsm__group groups[COHSM__BATCH];  /* the first COHSM__COLUMNS may have several views each */
+    uint32_t group_count;
 } cohsm__job;
+
+/* Returns the shelf's place for a view of the batch, or NULL. */
+static uint16_t *cohsm__on_shelf(const cohsm__job *job, uint32_t i)
+{
+    const cohsm_builder *b = job->builder;
+    const uint32_t view = b->batch_begin + i, cell = b->cells[view % b->head.map_count];
+    const size_t at = (size_t)(view / b->head.map_count) * b->head.map_count + cell;
+    return job->shelf ? job->shelf->z + at * b->batch_size : NULL;
+}
+
+static cohsm__target cohsm__batch_target(const cohsm_builder *b, uint32_t i)
+{
+    const uint32_t m = b->head.map_side;
+    cohsm__target target;
+    target.z = b->batch + (size_t)i * b->batch_size;
+    target.keep = b->keep;
+    target.size = (int)m;
+    target.row_begin = (int)(b->desc.pixel_begin / m);
+    target.row_end = (int)((b->desc.pixel_end + m - 1u) / m);
+    return target;
+}
 
 static void cohsm__raster_task(void *context, size_t index)
 {
     const cohsm__job *job = (const cohsm__job *)context;
     const cohsm_builder *b = job->builder;
-    uint32_t view = b->batch_begin + (uint32_t)index, m = b->head.map_side, p;
-    const uint32_t cell = b->cells[view % b->head.map_count], face = view / b->head.map_count;
-    const size_t bytes = b->batch_size * sizeof *b->batch;
-    const size_t at = ((size_t)face * b->head.map_count + cell) * b->batch_size;
-    uint16_t *kept = job->shelf ? job->shelf->z + at : NULL;
-    cohsm__camera cam;
-    cohsm__target target;
+    const cohsm__group *group = job->groups + index;
+    cohsm__camera cameras[COHSM__ABREAST];
+    cohsm__target targets[COHSM__ABREAST];
+    uint32_t i, p;
 
-    target.z = b->batch + index * b->batch_size;
-    if (kept && job->shelf->filled) {
-        memcpy(target.z, kept, bytes);
+    for (i = 0; i < group->count; i++) {
+        targets[i] = cohsm__batch_target(b, group->view[i]);
+        cameras[i] = job->cameras[group->view[i]];
+    }
+    if (job->shelf && job->shelf->filled) {
+        for (i = 0; i < group->count; i++)
+            memcpy(targets[i].z, cohsm__on_shelf(job, group->view[i]), b->batch_size * sizeof *b->batch);
         return;
     }
-    cam = cohsm__camera_of(&b->head, b->locations, b->angles, cell, face);
-    target.keep = b->keep;
-    target.size = (int)m;
-    target.row_begin = (int)(b->desc.pixel_begin / m);
-    target.row_end = (int)((b->desc.pixel_end + m - 1u) / m);
-    cohsm__raster_view(&target, &cam, job->soup, job->simd);
-    if (b->desc.layers == COHSM_LAYERS_Z1Z3_SPHERE)
-        for (p = b->desc.pixel_begin; p < b->desc.pixel_end; p++)
-            target.z[4 * (size_t)p + 3] = cohsm__leave_depth(&cam, m, p);
-    if (kept) memcpy(kept, target.z, bytes);
+    if (group->count == 1) cohsm__raster_view(targets, cameras, job->soup, job->simd);
+    else cohsm__raster_column(targets, cameras, group->count, job->soup, job->simd, job->columns + index);
+    for (i = 0; i < group->count; i++) {
+        if (b->desc.layers == COHSM_LAYERS_Z1Z3_SPHERE)
+            for (p = b->desc.pixel_begin; p < b->desc.pixel_end; p++)
+                targets[i].z[4 * (size_t)p + 3] = cohsm__leave_depth(cameras + i, b->head.map_side, p);
+        if (job->shelf)
+            memcpy(cohsm__on_shelf(job, group->view[i]), targets[i].z, b->batch_size * sizeof *b->batch);
+    }
+}
+
+/* Says whether views are drawn together where they can be: whole ones of directions, without masks. */
+static int cohsm__draws_columns(const cohsm_builder *b, const cohsm__soup *soup)
+{
+    return !b->head.positional && !soup->masked && b->range_pixels == b->head.map_side * b->head.map_side;
+}
+
+/* Finds the group that a view of the batch joins, or makes one for it. */
+static cohsm__group *cohsm__group_of(cohsm__job *job, const cohsm__camera *cam)
+{
+    const uint32_t columns = job->columns ? cohsm__min_u32(job->group_count, COHSM__COLUMNS) : 0;
+    uint32_t g;
+    for (g = 0; g < columns; g++)
+        if (job->groups[g].count < COHSM__ABREAST &&
+            !memcmp(&job->cameras[job->groups[g].view[0]].axes.right, &cam->axes.right, sizeof(cohsm__v3)))
+            return job->groups + g;
+    job->groups[job->group_count].count = 0;
+    return job->groups + job->group_count++;
+}
+
+/* Sets up the cameras of the batch, and groups them. */
+static void cohsm__group_views(cohsm__job *job)
+{
+    const cohsm_builder *b = job->builder;
+    cohsm__group *group;
+    uint32_t i, view;
+
+    for (i = 0, job->group_count = 0; i < b->batch_count; i++) {
+        view = b->batch_begin + i;
+        job->cameras[i] = cohsm__camera_of(&b->head, b->locations, b->angles,
+                                           b->cells[view % b->head.map_count], view / b->head.map_count);
+        group = cohsm__group_of(job, job->cameras + i);
+        group->view[group->count++] = i;
+    }
+}
+
+/* Makes ready to draw batches; shelf: NULL = none. Returns 0 if memory runs out, when nothing has begun. */
+static int cohsm__job_begin(cohsm__job *job, cohsm_builder *b, const cohsm__soup *soup,
+                            const cohsm__shelf *shelf)
+{
+    memset(job, 0, sizeof *job);
+    job->builder = b;
+    job->soup = soup;
+    job->shelf = shelf;
+    job->simd = cohsm__simd();
+    if (!cohsm__draws_columns(b, soup)) return 1;
+    job->columns = (cohsm__column *)cohsm__heap_alloc(&b->heap, COHSM__COLUMNS, sizeof *job->columns);
+    return job->columns != NULL;
+}
+
+static void cohsm__job_end(cohsm__job *job)
+{
+    const size_t count = job->columns ? COHSM__COLUMNS : 0;
+    cohsm__heap_free(&job->builder->heap, job->columns, count, sizeof *job->columns);
+}
+
+/* Draws the views of the batch. */
+static void cohsm__draw_batch(cohsm__job *job)
+{
+    cohsm__group_views(job);
+    cohsm__run_tasks(&job->builder->desc.system, job->group_count, cohsm__raster_task, job);
 }
 
 /* Draws and compresses all views. A shelf that is not NULL receives them, or gives them if it is filled. */
@@ -9099,18 +9331,18 @@ static cohsm_result cohsm__build_views(cohsm_builder *b, const cohsm__soup *soup
     cohsm__job job;
     cohsm_result result = COHSM_OK;
 
-    job.builder = b;
-    job.soup = soup;
-    job.shelf = shelf;
-    job.simd = cohsm__simd();
+    if (!cohsm__job_begin(&job, b, soup, shelf)) return COHSM_ERR_ALLOC;
     while (result == COHSM_OK && b->next_view < b->head.view_count) {
         if (b->desc.system.progress &&
-            b->desc.system.progress(b->desc.system.user, (float)b->next_view / (float)b->head.view_count))
-            return COHSM_ERR_CANCELLED;
+            b->desc.system.progress(b->desc.system.user, (float)b->next_view / (float)b->head.view_count)) {
+            result = COHSM_ERR_CANCELLED;
+            break;
+        }
         b->batch_count = cohsm__min_u32(COHSM__BATCH, b->head.view_count - b->next_view);
-        cohsm__run_tasks(&b->desc.system, b->batch_count, cohsm__raster_task, &job);
+        cohsm__draw_batch(&job);
         result = cohsm__close_batch(b);
     }
+    cohsm__job_end(&job);
     return result;
 }
 
@@ -9519,18 +9751,17 @@ static cohsm_result cohsm__verify_views(cohsm_builder *b, const cohsm_maps *maps
     uint64_t wrong_before;
     uint32_t i;
 
-    job.builder = b;
-    job.soup = soup;
-    job.shelf = NULL;
-    job.simd = cohsm__simd();
+    if (!cohsm__job_begin(&job, b, soup, NULL)) return COHSM_ERR_ALLOC;
     check.builder = b;
     check.maps = maps;
     for (; b->batch_begin < b->head.view_count; b->batch_begin += b->batch_count) {
         if (b->desc.system.progress &&
-            b->desc.system.progress(b->desc.system.user, (float)b->batch_begin / (float)b->head.view_count))
+            b->desc.system.progress(b->desc.system.user, (float)b->batch_begin / (float)b->head.view_count)) {
+            cohsm__job_end(&job);
             return COHSM_ERR_CANCELLED;
+        }
         b->batch_count = cohsm__min_u32(COHSM__BATCH, b->head.view_count - b->batch_begin);
-        cohsm__run_tasks(&b->desc.system, b->batch_count, cohsm__raster_task, &job);
+        cohsm__draw_batch(&job);
         cohsm__run_tasks(&b->desc.system, COHSM__RANGES, cohsm__verify_task, &check);
         for (i = 0, wrong_before = out->wrong; i < COHSM__RANGES; i++) {
             const cohsm_report *r = &check.part[i];
@@ -9543,6 +9774,7 @@ static cohsm_result cohsm__verify_views(cohsm_builder *b, const cohsm_maps *maps
             out->empty += r->empty;
         }
     }
+    cohsm__job_end(&job);
     return COHSM_OK;
 }
 

@@ -4,40 +4,133 @@
 typedef struct cohsm__shelf { uint16_t *z; int filled; } cohsm__shelf;
 #define COHSM__SHELF_BYTES ((size_t)1 << 25)        /* larger trials draw their views for each order */
 
+/* The views of a batch that are drawn together. */
+typedef struct cohsm__group { uint32_t view[COHSM__ABREAST], count; } cohsm__group;
+
+/* As many columns as a Hilbert curve's batch has; views beyond them are drawn alone. */
+enum { COHSM__COLUMNS = COHSM__BATCH / COHSM__ABREAST };
+
 typedef struct cohsm__job {
     cohsm_builder *builder;
     const cohsm__soup *soup;
     const cohsm__shelf *shelf;          /* NULL: none */
+    cohsm__column *columns;             /* COHSM__COLUMNS of them; NULL: every view is drawn alone */
     int simd;
+    cohsm__camera cameras[COHSM__BATCH];
+    cohsm__group groups[COHSM__BATCH];  /* the first COHSM__COLUMNS may have several views each */
+    uint32_t group_count;
 } cohsm__job;
+
+/* Returns the shelf's place for a view of the batch, or NULL. */
+static uint16_t *cohsm__on_shelf(const cohsm__job *job, uint32_t i)
+{
+    const cohsm_builder *b = job->builder;
+    const uint32_t view = b->batch_begin + i, cell = b->cells[view % b->head.map_count];
+    const size_t at = (size_t)(view / b->head.map_count) * b->head.map_count + cell;
+    return job->shelf ? job->shelf->z + at * b->batch_size : NULL;
+}
+
+static cohsm__target cohsm__batch_target(const cohsm_builder *b, uint32_t i)
+{
+    const uint32_t m = b->head.map_side;
+    cohsm__target target;
+    target.z = b->batch + (size_t)i * b->batch_size;
+    target.keep = b->keep;
+    target.size = (int)m;
+    target.row_begin = (int)(b->desc.pixel_begin / m);
+    target.row_end = (int)((b->desc.pixel_end + m - 1u) / m);
+    return target;
+}
 
 static void cohsm__raster_task(void *context, size_t index)
 {
     const cohsm__job *job = (const cohsm__job *)context;
     const cohsm_builder *b = job->builder;
-    uint32_t view = b->batch_begin + (uint32_t)index, m = b->head.map_side, p;
-    const uint32_t cell = b->cells[view % b->head.map_count], face = view / b->head.map_count;
-    const size_t bytes = b->batch_size * sizeof *b->batch;
-    const size_t at = ((size_t)face * b->head.map_count + cell) * b->batch_size;
-    uint16_t *kept = job->shelf ? job->shelf->z + at : NULL;
-    cohsm__camera cam;
-    cohsm__target target;
+    const cohsm__group *group = job->groups + index;
+    cohsm__camera cameras[COHSM__ABREAST];
+    cohsm__target targets[COHSM__ABREAST];
+    uint32_t i, p;
 
-    target.z = b->batch + index * b->batch_size;
-    if (kept && job->shelf->filled) {
-        memcpy(target.z, kept, bytes);
+    for (i = 0; i < group->count; i++) {
+        targets[i] = cohsm__batch_target(b, group->view[i]);
+        cameras[i] = job->cameras[group->view[i]];
+    }
+    if (job->shelf && job->shelf->filled) {
+        for (i = 0; i < group->count; i++)
+            memcpy(targets[i].z, cohsm__on_shelf(job, group->view[i]), b->batch_size * sizeof *b->batch);
         return;
     }
-    cam = cohsm__camera_of(&b->head, b->locations, b->angles, cell, face);
-    target.keep = b->keep;
-    target.size = (int)m;
-    target.row_begin = (int)(b->desc.pixel_begin / m);
-    target.row_end = (int)((b->desc.pixel_end + m - 1u) / m);
-    cohsm__raster_view(&target, &cam, job->soup, job->simd);
-    if (b->desc.layers == COHSM_LAYERS_Z1Z3_SPHERE)
-        for (p = b->desc.pixel_begin; p < b->desc.pixel_end; p++)
-            target.z[4 * (size_t)p + 3] = cohsm__leave_depth(&cam, m, p);
-    if (kept) memcpy(kept, target.z, bytes);
+    if (group->count == 1) cohsm__raster_view(targets, cameras, job->soup, job->simd);
+    else cohsm__raster_column(targets, cameras, group->count, job->soup, job->simd, job->columns + index);
+    for (i = 0; i < group->count; i++) {
+        if (b->desc.layers == COHSM_LAYERS_Z1Z3_SPHERE)
+            for (p = b->desc.pixel_begin; p < b->desc.pixel_end; p++)
+                targets[i].z[4 * (size_t)p + 3] = cohsm__leave_depth(cameras + i, b->head.map_side, p);
+        if (job->shelf)
+            memcpy(cohsm__on_shelf(job, group->view[i]), targets[i].z, b->batch_size * sizeof *b->batch);
+    }
+}
+
+/* Says whether views are drawn together where they can be: whole ones of directions, without masks. */
+static int cohsm__draws_columns(const cohsm_builder *b, const cohsm__soup *soup)
+{
+    return !b->head.positional && !soup->masked && b->range_pixels == b->head.map_side * b->head.map_side;
+}
+
+/* Finds the group that a view of the batch joins, or makes one for it. */
+static cohsm__group *cohsm__group_of(cohsm__job *job, const cohsm__camera *cam)
+{
+    const uint32_t columns = job->columns ? cohsm__min_u32(job->group_count, COHSM__COLUMNS) : 0;
+    uint32_t g;
+    for (g = 0; g < columns; g++)
+        if (job->groups[g].count < COHSM__ABREAST &&
+            !memcmp(&job->cameras[job->groups[g].view[0]].axes.right, &cam->axes.right, sizeof(cohsm__v3)))
+            return job->groups + g;
+    job->groups[job->group_count].count = 0;
+    return job->groups + job->group_count++;
+}
+
+/* Sets up the cameras of the batch, and groups them. */
+static void cohsm__group_views(cohsm__job *job)
+{
+    const cohsm_builder *b = job->builder;
+    cohsm__group *group;
+    uint32_t i, view;
+
+    for (i = 0, job->group_count = 0; i < b->batch_count; i++) {
+        view = b->batch_begin + i;
+        job->cameras[i] = cohsm__camera_of(&b->head, b->locations, b->angles,
+                                           b->cells[view % b->head.map_count], view / b->head.map_count);
+        group = cohsm__group_of(job, job->cameras + i);
+        group->view[group->count++] = i;
+    }
+}
+
+/* Makes ready to draw batches; shelf: NULL = none. Returns 0 if memory runs out, when nothing has begun. */
+static int cohsm__job_begin(cohsm__job *job, cohsm_builder *b, const cohsm__soup *soup,
+                            const cohsm__shelf *shelf)
+{
+    memset(job, 0, sizeof *job);
+    job->builder = b;
+    job->soup = soup;
+    job->shelf = shelf;
+    job->simd = cohsm__simd();
+    if (!cohsm__draws_columns(b, soup)) return 1;
+    job->columns = (cohsm__column *)cohsm__heap_alloc(&b->heap, COHSM__COLUMNS, sizeof *job->columns);
+    return job->columns != NULL;
+}
+
+static void cohsm__job_end(cohsm__job *job)
+{
+    const size_t count = job->columns ? COHSM__COLUMNS : 0;
+    cohsm__heap_free(&job->builder->heap, job->columns, count, sizeof *job->columns);
+}
+
+/* Draws the views of the batch. */
+static void cohsm__draw_batch(cohsm__job *job)
+{
+    cohsm__group_views(job);
+    cohsm__run_tasks(&job->builder->desc.system, job->group_count, cohsm__raster_task, job);
 }
 
 /* Draws and compresses all views. A shelf that is not NULL receives them, or gives them if it is filled. */
@@ -46,18 +139,18 @@ static cohsm_result cohsm__build_views(cohsm_builder *b, const cohsm__soup *soup
     cohsm__job job;
     cohsm_result result = COHSM_OK;
 
-    job.builder = b;
-    job.soup = soup;
-    job.shelf = shelf;
-    job.simd = cohsm__simd();
+    if (!cohsm__job_begin(&job, b, soup, shelf)) return COHSM_ERR_ALLOC;
     while (result == COHSM_OK && b->next_view < b->head.view_count) {
         if (b->desc.system.progress &&
-            b->desc.system.progress(b->desc.system.user, (float)b->next_view / (float)b->head.view_count))
-            return COHSM_ERR_CANCELLED;
+            b->desc.system.progress(b->desc.system.user, (float)b->next_view / (float)b->head.view_count)) {
+            result = COHSM_ERR_CANCELLED;
+            break;
+        }
         b->batch_count = cohsm__min_u32(COHSM__BATCH, b->head.view_count - b->next_view);
-        cohsm__run_tasks(&b->desc.system, b->batch_count, cohsm__raster_task, &job);
+        cohsm__draw_batch(&job);
         result = cohsm__close_batch(b);
     }
+    cohsm__job_end(&job);
     return result;
 }
 

@@ -261,40 +261,134 @@ static inline COHSM__IN_KERNEL void cohsm__queue_add(cohsm__queue *q, const cohs
     q->count = at + cohsm__mask_count(m);
 }
 
+/* The axes of an orthographic view, for positions on its image in 1/256 pixel from its lower left corner. */
+typedef struct cohsm__image_axes { cohsm__lanes3 right, up, back; cohsm__lanes offset; } cohsm__image_axes;
+
+static inline COHSM__IN_KERNEL cohsm__image_axes cohsm__image_axes_of(const cohsm__target *t,
+                                                                      const cohsm__axes *axes)
+{
+    const float scale = (float)(t->size * (COHSM__SUBPIXEL / 2));
+    const cohsm__v3 r = cohsm__v3_scale(axes->right, scale), u = cohsm__v3_scale(axes->up, scale);
+    cohsm__image_axes a;
+    a.right = cohsm__lanes3_all(r.x, r.y, r.z);
+    a.up = cohsm__lanes3_all(u.x, u.y, u.z);
+    a.back = cohsm__lanes3_all(axes->back.x, axes->back.y, axes->back.z);
+    a.offset = cohsm__lanes_all(scale + 0.5f);
+    return a;
+}
+
+/* Puts those triangles of a mask into the queue that hold a sample, by their corners and by their x in p. */
+static inline COHSM__IN_KERNEL void cohsm__queue_triangles(const cohsm__target *t,
+                                                           const cohsm__image_axes *axes,
+                                                           const cohsm__lanes3 *corner, cohsm__triangles *p,
+                                                           cohsm__lane_mask use, cohsm__queue *q)
+{
+    const cohsm__lane_ints one = cohsm__ints_all(1);
+    cohsm__spans span;
+    p->y0 = cohsm__fixed(corner[0], axes->up, axes->offset);
+    p->y1 = cohsm__fixed(corner[1], axes->up, axes->offset);
+    p->y2 = cohsm__fixed(corner[2], axes->up, axes->offset);
+    p->z0 = cohsm__depths(corner[0], axes->back);
+    p->z1 = cohsm__depths(corner[1], axes->back);
+    p->z2 = cohsm__depths(corner[2], axes->back);
+    span = cohsm__spans_of(t, p);
+    use = cohsm__mask_and(use, cohsm__ints_greater(cohsm__ints_add(span.hx, one), span.lx));
+    use = cohsm__mask_and(use, cohsm__ints_greater(cohsm__ints_add(span.hy, one), span.ly));
+    if (COHSM__WIDTH == 1 && !cohsm__mask_any(use)) return;
+    cohsm__queue_add(q, p, use);
+}
+
+static inline COHSM__IN_KERNEL void cohsm__find_x(const cohsm__image_axes *axes, const cohsm__lanes3 *corner,
+                                                  cohsm__triangles *p)
+{
+    p->x0 = cohsm__fixed(corner[0], axes->right, axes->offset);
+    p->x1 = cohsm__fixed(corner[1], axes->right, axes->offset);
+    p->x2 = cohsm__fixed(corner[2], axes->right, axes->offset);
+}
+
 /* Puts the triangles of the clusters in sight of an orthographic view into the queue. */
 COHSM__KERNEL static void cohsm__enqueue(const cohsm__target *t, const cohsm__camera *cam,
                                          const cohsm__soup *soup, const cohsm__sight *sight, cohsm__queue *q)
 {
     enum { PARTS = COHSM__CLUSTER / COHSM__LANE_COUNT };
-    const float scale = (float)(t->size * (COHSM__SUBPIXEL / 2));
-    const cohsm__v3 r = cohsm__v3_scale(cam->axes.right, scale), u = cohsm__v3_scale(cam->axes.up, scale);
-    const cohsm__lanes3 right = cohsm__lanes3_all(r.x, r.y, r.z), up = cohsm__lanes3_all(u.x, u.y, u.z);
-    const cohsm__lanes3 back = cohsm__lanes3_all(cam->axes.back.x, cam->axes.back.y, cam->axes.back.z);
-    const cohsm__lanes offset = cohsm__lanes_all(scale + 0.5f);
+    const cohsm__image_axes axes = cohsm__image_axes_of(t, &cam->axes);
+    const cohsm__lane_mask all = cohsm__ints_greater(cohsm__ints_all(1), cohsm__ints_all(0));
     uint32_t i;
 
     for (i = 0; i < PARTS * sight->count; i++) {
         const float *v = cohsm__cluster(soup, sight->cluster[i / PARTS]) + COHSM__LANE_COUNT * (i % PARTS);
-        const cohsm__lanes3 a = cohsm__corner_load(v), b = cohsm__corner_load(v + 3 * COHSM__CLUSTER);
-        const cohsm__lanes3 c = cohsm__corner_load(v + 6 * COHSM__CLUSTER);
-        const cohsm__lane_ints one = cohsm__ints_all(1);
+        cohsm__lanes3 corner[3];
         cohsm__triangles p;
-        cohsm__spans span;
-        cohsm__lane_mask holds;
-        p.x0 = cohsm__fixed(a, right, offset);
-        p.x1 = cohsm__fixed(b, right, offset);
-        p.x2 = cohsm__fixed(c, right, offset);
-        p.y0 = cohsm__fixed(a, up, offset);
-        p.y1 = cohsm__fixed(b, up, offset);
-        p.y2 = cohsm__fixed(c, up, offset);
-        p.z0 = cohsm__depths(a, back);
-        p.z1 = cohsm__depths(b, back);
-        p.z2 = cohsm__depths(c, back);
-        span = cohsm__spans_of(t, &p);
-        holds = cohsm__ints_greater(cohsm__ints_add(span.hx, one), span.lx);
-        holds = cohsm__mask_and(holds, cohsm__ints_greater(cohsm__ints_add(span.hy, one), span.ly));
-        if (COHSM__WIDTH == 1 && !cohsm__mask_any(holds)) continue;
-        cohsm__queue_add(q, &p, holds);
+        corner[0] = cohsm__corner_load(v);
+        corner[1] = cohsm__corner_load(v + 3 * COHSM__CLUSTER);
+        corner[2] = cohsm__corner_load(v + 6 * COHSM__CLUSTER);
+        cohsm__find_x(&axes, corner, &p);
+        cohsm__queue_triangles(t, &axes, corner, &p, all, q);
+        if (q->count > COHSM__MANY) cohsm__draw_queue(t, cam, q, 0);
+    }
+}
+
+/* Appends the triangles of a mask to those of the slab, with the x that p holds. */
+static inline COHSM__IN_KERNEL void cohsm__slab_add(cohsm__slab *slab, const cohsm__triangles *p,
+                                                     const cohsm__lanes3 *corner, cohsm__lane_mask m)
+{
+    const uint32_t at = slab->count;
+    int k;
+    cohsm__ints_append(slab->x[0] + at, m, p->x0);
+    cohsm__ints_append(slab->x[1] + at, m, p->x1);
+    cohsm__ints_append(slab->x[2] + at, m, p->x2);
+    for (k = 0; k < 3; k++) {
+        cohsm__lanes_append(slab->corner[3 * k] + at, m, corner[k].x);
+        cohsm__lanes_append(slab->corner[3 * k + 1] + at, m, corner[k].y);
+        cohsm__lanes_append(slab->corner[3 * k + 2] + at, m, corner[k].z);
+    }
+    slab->count = at + cohsm__mask_count(m);
+}
+
+/* Finds the triangles of the clusters begin .. end - 1, no more than a slab, that hold a sample column of all
+   views with the right axis of this one. */
+COHSM__KERNEL static void cohsm__find_slab(const cohsm__target *t, const cohsm__camera *cam,
+                                            const cohsm__soup *soup, uint32_t begin, uint32_t end,
+                                            cohsm__slab *slab)
+{
+    enum { PARTS = COHSM__CLUSTER / COHSM__LANE_COUNT };
+    const cohsm__image_axes axes = cohsm__image_axes_of(t, &cam->axes);
+    uint32_t i;
+
+    slab->count = 0;
+    for (i = PARTS * begin; i < PARTS * end; i++) {
+        const float *v = cohsm__cluster(soup, i / PARTS) + COHSM__LANE_COUNT * (i % PARTS);
+        cohsm__lanes3 corner[3];
+        cohsm__triangles p;
+        cohsm__lane_ints low, high, one = cohsm__ints_all(1);
+        corner[0] = cohsm__corner_load(v);
+        corner[1] = cohsm__corner_load(v + 3 * COHSM__CLUSTER);
+        corner[2] = cohsm__corner_load(v + 6 * COHSM__CLUSTER);
+        cohsm__find_x(&axes, corner, &p);
+        cohsm__span(p.x0, p.x1, p.x2, 0, t->size, &low, &high);
+        cohsm__slab_add(slab, &p, corner, cohsm__ints_greater(cohsm__ints_add(high, one), low));
+    }
+}
+
+/* Puts the triangles of a slab into the queue of one of its views. */
+COHSM__KERNEL static void cohsm__enqueue_slab(const cohsm__target *t, const cohsm__camera *cam,
+                                               const cohsm__slab *slab, cohsm__queue *q)
+{
+    const cohsm__image_axes axes = cohsm__image_axes_of(t, &cam->axes);
+    uint32_t at, k;
+
+    for (at = 0; at < slab->count; at += COHSM__LANE_COUNT) {
+        const cohsm__lane_ints left = cohsm__ints_all((int32_t)(slab->count - at));
+        cohsm__lanes3 corner[3];
+        cohsm__triangles p;
+        p.x0 = cohsm__ints_load(slab->x[0] + at);
+        p.x1 = cohsm__ints_load(slab->x[1] + at);
+        p.x2 = cohsm__ints_load(slab->x[2] + at);
+        for (k = 0; k < 3; k++)
+            corner[k] = cohsm__lanes3_load(slab->corner[3 * k] + at, slab->corner[3 * k + 1] + at,
+                                           slab->corner[3 * k + 2] + at);
+        cohsm__queue_triangles(t, &axes, corner, &p,
+                               cohsm__ints_greater(left, cohsm__ints_load(cohsm__numbers)), q);
         if (q->count > COHSM__MANY) cohsm__draw_queue(t, cam, q, 0);
     }
 }

@@ -36,12 +36,10 @@ typedef struct cohsm__target {
 static void cohsm__insert_depth(uint16_t *z, uint32_t keep, uint16_t depth)
 {
     uint16_t t;
-    if (keep == 2) {
-        if (depth >= z[1]) return;
-        if (depth < z[0]) {
-            z[1] = z[0];
-            z[0] = depth;
-        } else z[1] = depth;
+    if (keep == 2) {                    /* without branches, since nobody can predict them */
+        const uint16_t first = z[0], second = z[1], behind = depth > first ? depth : first;
+        z[0] = depth < first ? depth : first;
+        z[1] = behind < second ? behind : second;
         return;
     }
     if (depth >= z[2]) return;
@@ -224,6 +222,18 @@ typedef struct cohsm__queue {
     float    z[3][COHSM__QUEUE];
     uint32_t count;
 } cohsm__queue;
+
+/* Directions of one column of the sphere have one axis to the right: of a mesh whose triangles are smaller
+   than a pixel, most have no sample column between their corners and are left out of all these views at
+   once. Up to COHSM__ABREAST views are drawn together, a slab of the mesh after the other: of its
+   triangles, those that hold a sample column, with x on the images and all three corners. */
+enum { COHSM__ABREAST = 8, COHSM__SLAB = 16 * COHSM__CLUSTER };
+typedef struct cohsm__slab {
+    int32_t  x[3][COHSM__SLAB + 16];   /* kernels write 16 entries at a time */
+    float    corner[9][COHSM__SLAB + 16];
+    uint32_t count;
+} cohsm__slab;
+typedef struct cohsm__column { cohsm__slab slab; cohsm__queue queue[COHSM__ABREAST]; } cohsm__column;
 
 /* Lists which of COHSM__STRETCH neighbouring clusters are in sight. The list has room for eight more, since
    kernels write eight entries at a time. */

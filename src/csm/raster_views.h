@@ -215,3 +215,23 @@ static void cohsm__raster_view(const cohsm__target *t, const cohsm__camera *cam,
     }
     kernels.draw_queue(t, cam, &q, 1);
 }
+
+/* Draws whole orthographic views whose axes to the right are the same. */
+static void cohsm__raster_column(const cohsm__target *t, const cohsm__camera *cam, uint32_t count,
+                                 const cohsm__soup *soup, int simd, cohsm__column *column)
+{
+    const size_t depths = (size_t)(t->size * t->size) * t->keep;
+    const cohsm__kernels kernels = cohsm__choose_kernels(simd);
+    uint32_t begin, end, i;
+
+    for (i = 0; i < count; i++) {
+        memset(t[i].z, 0xff, depths * sizeof *t->z);
+        column->queue[i].count = 0;
+    }
+    for (begin = 0; begin < soup->clusters; begin = end) {
+        end = cohsm__min_u32(begin + COHSM__SLAB / COHSM__CLUSTER, soup->clusters);
+        kernels.find_slab(t, cam, soup, begin, end, &column->slab);
+        for (i = 0; i < count; i++) kernels.enqueue_slab(t + i, cam + i, &column->slab, column->queue + i);
+    }
+    for (i = 0; i < count; i++) kernels.draw_queue(t + i, cam + i, column->queue + i, 1);
+}

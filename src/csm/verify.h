@@ -102,18 +102,17 @@ static cohsm_result cohsm__verify_views(cohsm_builder *b, const cohsm_maps *maps
     uint64_t wrong_before;
     uint32_t i;
 
-    job.builder = b;
-    job.soup = soup;
-    job.shelf = NULL;
-    job.simd = cohsm__simd();
+    if (!cohsm__job_begin(&job, b, soup, NULL)) return COHSM_ERR_ALLOC;
     check.builder = b;
     check.maps = maps;
     for (; b->batch_begin < b->head.view_count; b->batch_begin += b->batch_count) {
         if (b->desc.system.progress &&
-            b->desc.system.progress(b->desc.system.user, (float)b->batch_begin / (float)b->head.view_count))
+            b->desc.system.progress(b->desc.system.user, (float)b->batch_begin / (float)b->head.view_count)) {
+            cohsm__job_end(&job);
             return COHSM_ERR_CANCELLED;
+        }
         b->batch_count = cohsm__min_u32(COHSM__BATCH, b->head.view_count - b->batch_begin);
-        cohsm__run_tasks(&b->desc.system, b->batch_count, cohsm__raster_task, &job);
+        cohsm__draw_batch(&job);
         cohsm__run_tasks(&b->desc.system, COHSM__RANGES, cohsm__verify_task, &check);
         for (i = 0, wrong_before = out->wrong; i < COHSM__RANGES; i++) {
             const cohsm_report *r = &check.part[i];
@@ -126,6 +125,7 @@ static cohsm_result cohsm__verify_views(cohsm_builder *b, const cohsm_maps *maps
             out->empty += r->empty;
         }
     }
+    cohsm__job_end(&job);
     return COHSM_OK;
 }
 

@@ -15,7 +15,8 @@
        }
 
    Include cmocka.h and gl_backend.h with its implementation before. A way that fails is a skipped test with its reason,
-   and with CI=true a failure. DAPPLE_GL=NAME runs one way alone. */
+   and with CI=true a failure. DAPPLE_GL=NAME runs one way alone, without a process of its own; DAPPLE_GL_WAYS="NAME
+   NAME" only those of a program's ways that it names, or the program's first where it has none of them. */
 #ifndef GL_TEST_H
 #define GL_TEST_H
 
@@ -293,12 +294,29 @@ static inline int gl_run_way(char **values, const gl_way *way)
     return WIFEXITED(status) ? WEXITSTATUS(status) : 128;
 }
 
+/* Those ways of a program that DAPPLE_GL_WAYS asks for. */
+static inline int gl_asked_ways(int ways)
+{
+    const char *asked = getenv("DAPPLE_GL_WAYS");
+    char list[200], name[40];
+    int named = 0;
+    size_t i;
+    if (!asked || !*asked) return ways;
+    snprintf(list, sizeof list, " %s ", asked);
+    for (i = 0; i < sizeof gl_ways / sizeof gl_ways[0]; i++) {
+        snprintf(name, sizeof name, " %s ", gl_ways[i].name);
+        if (strstr(list, name)) named |= gl_ways[i].bit;
+    }
+    return ways & named ? ways & named : ways & -ways;
+}
+
 /* 1 in the parent, when all ways are done. */
 static inline int gl_run_ways(char **values, int ways, int *status)
 {
     size_t i;
     if (gl_this_way()) return 0;
     *status = 0;
+    ways = gl_asked_ways(ways);
     for (i = 0; i < sizeof gl_ways / sizeof gl_ways[0]; i++)
         if (ways & gl_ways[i].bit && gl_run_way(values, &gl_ways[i]) != 0) *status = 1;
     return 1;
