@@ -9181,7 +9181,7 @@ static void cohsm__raster_column(const cohsm__target *t, const cohsm__camera *ca
         column->queue[i].count = 0;
     }
     for (begin = 0; begin < soup->clusters; begin = end) {
-        end = cohsm__min_u32(begin + COHSM__SLAB / COHSM__CLUSTER, soup->clusters);
+        end = cohsm__min_u32(begin + (uint32_t)COHSM__SLAB / COHSM__CLUSTER, soup->clusters);
         kernels.find_slab(t, cam, soup, begin, end, &column->slab);
         for (i = 0; i < count; i++) kernels.enqueue_slab(t + i, cam + i, &column->slab, column->queue + i);
     }
@@ -9200,7 +9200,7 @@ typedef struct cohsm__shelf { uint16_t *z; int filled; } cohsm__shelf;
 typedef struct cohsm__group { uint32_t view[COHSM__ABREAST], count; } cohsm__group;
 
 /* As many columns as a Hilbert curve's batch has; views beyond them are drawn alone. */
-enum { COHSM__COLUMNS = COHSM__BATCH / COHSM__ABREAST };
+enum { COHSM__COLUMNS = (int)COHSM__BATCH / (int)COHSM__ABREAST };
 
 typedef struct cohsm__job {
     cohsm_builder *builder;

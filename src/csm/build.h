@@ -8,7 +8,7 @@ typedef struct cohsm__shelf { uint16_t *z; int filled; } cohsm__shelf;
 typedef struct cohsm__group { uint32_t view[COHSM__ABREAST], count; } cohsm__group;
 
 /* As many columns as a Hilbert curve's batch has; views beyond them are drawn alone. */
-enum { COHSM__COLUMNS = COHSM__BATCH / COHSM__ABREAST };
+enum { COHSM__COLUMNS = (int)COHSM__BATCH / (int)COHSM__ABREAST };
 
 typedef struct cohsm__job {
     cohsm_builder *builder;

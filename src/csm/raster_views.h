@@ -229,7 +229,7 @@ static void cohsm__raster_column(const cohsm__target *t, const cohsm__camera *ca
         column->queue[i].count = 0;
     }
     for (begin = 0; begin < soup->clusters; begin = end) {
-        end = cohsm__min_u32(begin + COHSM__SLAB / COHSM__CLUSTER, soup->clusters);
+        end = cohsm__min_u32(begin + (uint32_t)COHSM__SLAB / COHSM__CLUSTER, soup->clusters);
         kernels.find_slab(t, cam, soup, begin, end, &column->slab);
         for (i = 0; i < count; i++) kernels.enqueue_slab(t + i, cam + i, &column->slab, column->queue + i);
     }
