@@ -359,8 +359,8 @@ typedef struct cohsm_query {        /* points and lights; zero it, then set what
                                        DIRECTION and POSITION, 4 d for PARAMETER, 4 for INDEX. The coords of
                                        lightsampling.h are parameters that lie 12 bytes apart */
     int              one_light;     /* not 0: lights holds one light, that of all receivers. Such queries are
-                                       much faster with NEAREST if the receivers lie close together,
-                                       unless the light is a POSITION */
+                                       much faster with NEAREST, twice that if receivers are
+                                       sorted along a curve, unless the light is a POSITION */
     cohsm_light_kind light_kind;
     cohsm_filter     filter;
     float            bias;          /* receivers count as nearer to the light by this many pixels of a map,
