@@ -8,7 +8,7 @@ let FULL = 64;                                      // frames in the mean, then 
 
 const view = { azimuth: 0.9, elevation: 0.35, distance: 3.6, up: -0.1 };
 const limits = { azimuth: [-Infinity, Infinity], elevation: [-0.2, 1.5], distance: [1.2, 20] };
-const state = { program: null, context: null, ready: false, lost: false, anew: true, moved: 0, scale: 1, slow: 0, last: 0, fence: null };
+const state = { program: null, context: null, ready: false, lost: false, anew: true, moved: 0, scale: 1, slow: 0, last: 0, fence: null, asked: 0 };
 
 /* ---- messages ---- */
 
@@ -56,11 +56,13 @@ function busy() {
     if (gl.clientWaitSync(state.fence, 0, 0) === gl.TIMEOUT_EXPIRED) return true;
     gl.deleteSync(state.fence);
     state.fence = null;
+    window.dappleCost = performance.now() - state.asked;
     return false;
 }
 
 function drawn(frames) {
     state.fence = state.context.fenceSync(state.context.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    state.asked = performance.now();
     state.context.flush();
     window.dappleFrames = frames;                   // for tests
 }
@@ -125,7 +127,11 @@ function listen({ grab = null, keys = {} }) {
         if (e.pointerId === held) { held = null; grab.release(); }
     });
     canvas.addEventListener('contextmenu', (e) => e.preventDefault());
-    canvas.addEventListener('wheel', (e) => { e.preventDefault(); zoom(2 ** (e.deltaY / 600)); }, { passive: false });
+    canvas.addEventListener('wheel', (e) => {
+        if (document.documentElement.classList.contains('here') && !e.ctrlKey) return;     // the index is scrolled by it
+        e.preventDefault();
+        zoom(2 ** (e.deltaY / 600));
+    }, { passive: false });
     canvas.addEventListener('keydown', (e) => {
         const all = { ArrowLeft: () => orbit(-0.1, 0), ArrowRight: () => orbit(0.1, 0), ArrowUp: () => orbit(0, 0.1),
             ArrowDown: () => orbit(0, -0.1), a: () => turn(-5), d: () => turn(5), '+': () => zoom(0.9), '-': () => zoom(1.1), ...keys };

@@ -270,7 +270,59 @@ const tests = {
         must(links.length === (existsSync(`${folder}/three.html`) ? 5 : 4), `it has ${links.length} cards`);
         for (const link of links) must(existsSync(`${folder}/${link}`), `${link} is missing`);
         must(await page.evaluate('[...document.images].every((i) => i.naturalWidth > 100)'), 'a picture is missing');
+        must(await page.evaluate('document.querySelectorAll("iframe").length') === 0, 'a scene began by itself, on the processor');
         must(said.length === 0, `the console has: ${said.join(' | ')}`);
+    },
+    async index_runs_one_scene_at_a_time_in_its_place() {
+        const press = (name) => page.evaluate((n) => document.querySelector(`[data-page="${n}"] button`).click(), name);
+        const shown = () => page.evaluate('[...document.images].filter((i) => i.offsetHeight > 0).length');
+        const pictures = await shown();
+        for (const name of ['room', 'sky']) {
+            await press(name);
+            await until(`/pixels/.test(document.querySelector('[data-page="${name}"] .facts').textContent)`);
+            const frames = await page.evaluate('[...document.querySelectorAll("iframe")].map((f) => f.src.replace(/.*\\//, ""))');
+            must(frames.join() === `${name}.html?here`, `there are ${frames}`);
+            must(await shown() === pictures - 1, 'more or less than one picture made room');
+        }
+        const inside = page.frames().find((f) => f.url().includes('sky.html'));
+        const [high, wide] = await inside.evaluate('[document.body.offsetHeight, document.documentElement.scrollWidth - innerWidth]');
+        must(high > 100 && wide <= 0, `within, ${high} high, ${wide} too wide`);
+        await until(`Math.abs(document.querySelector("iframe").offsetHeight - ${high}) < 3`);
+        must(await inside.evaluate('document.getElementById("message").textContent') === '', 'the scene has a message');
+        await press('sky');
+        must(await page.evaluate('document.querySelectorAll("iframe").length') === 0 && await shown() === pictures, 'it goes on');
+        must(said.length === 0, `the console has: ${said.join(' | ')}`);
+    },
+    async index_fits_a_phone() {
+        await page.setViewport({ width: 360, height: 640 });
+        await page.evaluate('document.querySelector(\'[data-page="room"] button\').click()');
+        await until('document.querySelector("iframe").style.height !== ""');
+        const wide = await page.evaluate('document.documentElement.scrollWidth');
+        await page.evaluate('stop()');
+        await page.setViewport({ width: WIDTH, height: HEIGHT });
+        must(wide <= 360, `it is ${wide} wide`);
+    },
+    async index_begins_what_is_scrolled_to_where_a_gpu_draws() {
+        if (page) await page.close();
+        page = await newPage();
+        await page.evaluateOnNewDocument(() => {
+            const real = WebGL2RenderingContext.prototype.getParameter;
+            WebGL2RenderingContext.prototype.getParameter = function (name) { return name === 0x9246 ? 'A card' : real.call(this, name); };
+        });
+        await page.goto(`file://${folder}/index.html`);
+        for (const name of ['room', 'sky']) {
+            await page.evaluate((n) => document.querySelector(`[data-page="${n}"]`).scrollIntoView({ block: 'center' }), name);
+            await until(`[...document.querySelectorAll("iframe")].map((f) => f.src.replace(/.*\\//, "")).join() === "${name}.html?here"`);
+        }
+    },
+    async index_without_webgl_2_shows_pictures_and_says_why() {
+        if (page) await page.close();
+        page = await newPage();
+        await page.evaluateOnNewDocument('HTMLCanvasElement.prototype.getContext = () => null');
+        await page.goto(`file://${folder}/index.html`);
+        must(/no WebGL 2/.test(await page.evaluate('document.getElementById("reason").innerText')), 'it does not say why');
+        must(await page.evaluate('[...document.querySelectorAll(".scene button")].every((b) => b.offsetHeight === 0)'), 'a button is there');
+        must(await page.evaluate('[...document.images].every((i) => i.naturalWidth > 100 && i.offsetHeight > 50)'), 'a picture is missing');
     },
     async product_shows_a_model_at_once() {
         await open('product.html');
