@@ -1,4 +1,4 @@
-/* page.c - what the pages room, game and sky call; their scenes are room.c, game.c and sky.c, see stage.h. All
+/* page.c - what the pages room, game, sky and filter call; their scenes are room.c, game.c, sky.c and filter.c, see stage.h. All
    functions that can fail return 0, or -1 with a line that pg_error returns. */
 #include "stage.h"
 

@@ -1,4 +1,4 @@
-/* scene.js - the pages room, game and sky: their knobs, which are the elements with data-knob and its number, what is dragged,
+/* scene.js - the pages room, game, sky and filter: their knobs, which are the elements with data-knob and its number, what is dragged,
    and time. page.c has what is called. */
 'use strict';
 
@@ -51,8 +51,19 @@ const SCENES = {
     room: { create: () => DappleRoom, view: { azimuth: 1.5708, elevation: 0.12, distance: 1.9, up: 0.02 },
         limits: { azimuth: [0.95, 2.2], elevation: [-0.1, 0.6], distance: [1, 4] } },        // it has no front wall
     game: { create: () => DappleGame, view: { azimuth: 1.1, elevation: 0.75, distance: 1.55, up: 0 }, limits: { elevation: [0.05, 1.5] } },
-    sky: { create: () => DappleSky, view: { azimuth: 1.2, elevation: 0.22, distance: 2.5, up: -0.1 }, limits: { elevation: [0, 1.5] } }
+    sky: { create: () => DappleSky, view: { azimuth: 1.2, elevation: 0.22, distance: 2.5, up: -0.1 }, limits: { elevation: [0, 1.5] } },
+    filter: { create: () => DappleFilter, view: { azimuth: -1.5708, elevation: 0, distance: 2.35, up: 0 },
+        limits: { azimuth: [-2.2, -0.95], elevation: [-0.3, 0.5], distance: [1, 4] } }
 };
+
+/* Of the page filter: a frame more, and its error, in hundredths of the light's mean. */
+function measure() {
+    const at = ask('filter_measure') / 4, [noisy, smooth] = state.program.HEAPF32.subarray(at, at + 2);
+    element('facts').textContent = smooth < 0 ? 'it could not be measured'
+        : `off by ${(100 * noisy).toPrecision(2)} % of the light as gathered, ${(100 * smooth).toPrecision(2)} % made smooth`;
+    window.dappleMeasured = [noisy, smooth];
+    moved();
+}
 
 function start(own) {
     Object.assign(view, own.view);
@@ -63,6 +74,7 @@ function start(own) {
         if (element('play')) element('play').checked = false;
     }
     for (const knob of knobs) knob.addEventListener('input', moved);
+    if (element('measure')) element('measure').addEventListener('click', measure);
     const grab = { press: (x, y) => ask('press', x, y), drag: (x, y) => state.program.ccall('pg_drag', null, ['number', 'number'], [x, y]),
         release: () => state.program.ccall('pg_release', null, [], []) };
     listen({ grab });

@@ -77,7 +77,7 @@ int pg_failed(const char *what, glbk_result result, char *error)
 
 /* ---- what stays ---- */
 
-static glbk_result compile(pg_stage *s, const char *text, glbk_program *out)
+glbk_result pg_stage_compile(pg_stage *s, const char *text, glbk_program *out)
 {
     glbk_source source;
     memset(&source, 0, sizeof source);
@@ -108,8 +108,8 @@ int pg_stage_create(pg_stage *s, glbk_context *gl, char *error)
     s->gl = gl;
     s->exposure = s->sky_light = 1;
     s->held = -1;
-    result = compile(s, mix_text, &s->mix);
-    if (result == GLBK_OK) result = compile(s, show_text, &s->show);
+    result = pg_stage_compile(s, mix_text, &s->mix);
+    if (result == GLBK_OK) result = pg_stage_compile(s, show_text, &s->show);
     if (result == GLBK_OK) result = make_sky(s, black, 1, 1);
     return result == GLBK_OK ? 0 : pg_failed("shaders", result, error);
 }
@@ -135,7 +135,7 @@ void pg_stage_free(pg_stage *s)
     s->width = s->height = 0;
 }
 
-static glbk_result make_target(pg_stage *s, glbk_texture *texture, glbk_target *target)
+glbk_result pg_stage_target(pg_stage *s, glbk_texture *texture, glbk_target *target)
 {
     glbk_texture_desc desc;
     glbk_target_desc to;
@@ -163,8 +163,8 @@ int pg_stage_resize(pg_stage *s, uint32_t width, uint32_t height, char *error)
     seen.attributes.uv = 2;
     seen.attributes.tangent = 3;
     result = glbk_gbuffer_create(s->gl, &seen, &s->seen);
-    if (result == GLBK_OK) result = make_target(s, &s->light, &s->light_target);
-    for (int i = 0; i < 2 && result == GLBK_OK; i++) result = make_target(s, &s->sum[i], &s->sum_target[i]);
+    if (result == GLBK_OK) result = pg_stage_target(s, &s->light, &s->light_target);
+    for (int i = 0; i < 2 && result == GLBK_OK; i++) result = pg_stage_target(s, &s->sum[i], &s->sum_target[i]);
     return result == GLBK_OK ? 0 : pg_failed("the picture's textures", result, error);
 }
 
@@ -308,6 +308,7 @@ void pg_stage_look(pg_stage *s, const pg_model *model, const pg_view *view, floa
     turn_about_y(turn, target, target);
     jitter[0] = (2 * radical_inverse(s->frames + 1, 2) - 1) / (float)s->width;
     jitter[1] = (2 * radical_inverse(s->frames + 1, 3) - 1) / (float)s->height;
+    if (s->no_mean) jitter[0] = jitter[1] = 0;
     look(s, eye, target, model->radius, jitter, &s->camera);
     memcpy(s->ground, model->center, sizeof model->center);
     s->ground[1] = model->ground;
@@ -359,7 +360,7 @@ glbk_result pg_stage_mix(pg_stage *s)
     glbk_bind_texture(s->gl, GLBK_SLOT_glbk_user1, &s->sum[s->now]);
     glbk_bind_texture(s->gl, GLBK_SLOT_glbk_user2, &s->sky);
     f->UniformMatrix4fv(f->GetUniformLocation(s->mix.name, "clip_to_world"), 1, 0, s->camera.unclip);
-    set_uniform(f, s->mix.name, "eye", s->camera.eye, 1 / (float)(s->frames + 1));
+    set_uniform(f, s->mix.name, "eye", s->camera.eye, s->no_mean ? 1 : 1 / (float)(s->frames + 1));
     set_uniform(f, s->mix.name, "ground", s->ground, s->ground[3]);
     set_uniform(f, s->mix.name, "backdrop", s->backdrop, s->show_sky ? 1.0f : 0.0f);
     set_uniform(f, s->mix.name, "size", size, 0);

@@ -1,6 +1,6 @@
 /* stage.h - what the programs of all pages share: a model on the GPU (model.c); and the stage on which models stand
    (stage.c), which has camera, G-buffer, the mean over frames, the backdrop and the picture in the window. The pages
-   room, game and sky are a scene each (room.c, game.c, sky.c) behind the same few functions, which page.c calls. */
+   room, game, sky and filter are a scene each (room.c, game.c, sky.c, filter.c) behind the same few functions, which page.c calls. */
 #ifndef WEB_STAGE_H
 #define WEB_STAGE_H
 
@@ -91,6 +91,7 @@ typedef struct pg_stage {
     glbk_target   sum_target[2];
     int           now;
     uint32_t      frames;           /* in the mean */
+    int           no_mean;          /* not 0: each frame is shown by itself, and the camera is not moved within a pixel */
     glbk_program  mix, show;
     pg_camera     camera;
     glbk_texture  sky;              /* its texels, for the backdrop; of one black texel at first */
@@ -117,6 +118,9 @@ int  pg_stage_sky(pg_stage *stage, const ex_sky *sky, float **texels, uint32_t *
 /* Sets the camera: round a model, all of it turned about +Y by an angle. Still pictures become smooth by it. */
 void pg_stage_look(pg_stage *stage, const pg_model *model, const pg_view *view, float turn);
 glbk_result pg_stage_draw(pg_stage *stage, const pg_model *model, const float transform[16], uint32_t first_entity);
+/* A texture of colours of the picture's size, as light is; and a program that draws a screen, which may read the G-buffer. */
+glbk_result pg_stage_target(pg_stage *stage, glbk_texture *texture, glbk_target *target);
+glbk_result pg_stage_compile(pg_stage *stage, const char *text, glbk_program *out);
 /* Adds the light to the mean, with the backdrop, and shows the mean in the window. */
 glbk_result pg_stage_mix(pg_stage *stage);
 glbk_result pg_stage_show(pg_stage *stage);
@@ -128,7 +132,7 @@ void pg_stage_project(const pg_stage *stage, const float point[3], float out[2])
 
 int  pg_failed(const char *what, glbk_result result, char *error);      /* -1, with a line in error unless it has one */
 
-/* ---- what room.c, game.c and sky.c have ---- */
+/* ---- what room.c, game.c, sky.c and filter.c have ---- */
 
 enum { PG_KNOBS = 8 };
 

@@ -1,6 +1,6 @@
 /* pages.mjs - the pages that web/make has written, in Chromium on its software renderer, driven by puppeteer-core:
    node pages.mjs FOLDER NATIVE SCRATCH. NATIVE is the program of native.c; beside it lie those of native_scene.c, their
-   names ended by _room, _game and _sky. Prints as cmocka does, for tools/run-tests. */
+   names ended by _room, _game, _sky and _filter. Prints as cmocka does, for tools/run-tests. */
 import puppeteer from 'puppeteer-core';
 import { execFileSync } from 'node:child_process';
 import { existsSync, readFileSync, writeFileSync } from 'node:fs';
@@ -267,7 +267,7 @@ const tests = {
     async index_leads_to_every_page() {
         await open('index.html');
         const links = await page.evaluate('[...document.querySelectorAll("a.card")].map((a) => a.getAttribute("href"))');
-        must(links.length === (existsSync(`${folder}/three.html`) ? 5 : 4), `it has ${links.length} cards`);
+        must(links.length === (existsSync(`${folder}/three.html`) ? 6 : 5), `it has ${links.length} cards`);
         for (const link of links) must(existsSync(`${folder}/${link}`), `${link} is missing`);
         must(await page.evaluate('[...document.images].every((i) => i.naturalWidth > 100)'), 'a picture is missing');
         must(await page.evaluate('document.querySelectorAll("iframe").length') === 0, 'a scene began by itself, on the processor');
@@ -538,6 +538,31 @@ const tests = {
         for (let y = 0; y < after.height; y += 3) for (let x = 0; x < after.width; x += 3) sum += Math.abs(before.at(x, y)[1] - after.at(x, y)[1]) * 9;
         must(sum / after.width / after.height < 1, `the picture differs by ${sum / after.width / after.height}`);
         must(await message() === '', `it says: ${await message()}`);
+    },
+    /* What stands is off by less the more frames and neighbours count, and most without both. */
+    async noise_is_shown_beside_what_the_filter_leaves_of_it() {
+        const image = await scene('filter', { mean: 1, far: 0.01 });
+        const rough = (side) => {                   // differences of neighbours on the back wall
+            let sum = 0;
+            for (let y = 0.3; y < 0.6; y += 0.01)
+                for (let x = 0.02; x < 0.2; x += 0.01) {
+                    const u = Math.floor((0.5 + 0.5 * side * x) * image.width), v = Math.floor((0.5 - 0.5 * y) * image.height);
+                    sum += Math.abs(image.at(u, v)[1] - image.at(u + 1, v)[1]);
+                }
+            return sum;
+        };
+        must(rough(-1) > 4 * rough(1), `neighbours differ by ${rough(-1)} left of the line, by ${rough(1)} right of it`);
+        const error = async (history, passes) => {
+            await page.evaluate(`document.querySelector('[data-knob="2"]').value = ${history}; document.querySelector('[data-knob="3"]').value = ${passes};
+                window.dappleFrames = 0, moved()`);
+            await settled(4);
+            return page.evaluate('measure(), window.dappleMeasured');
+        };
+        const [none, spatial, both] = [await error(1, 0), await error(1, 3), await error(8, 3)];
+        console.log(`error of noise ${none[0].toFixed(3)}; of the filter without history and passes ${none[1].toFixed(3)}, with passes `
+            + `${spatial[1].toFixed(3)}, with both ${both[1].toFixed(3)}`);
+        must(Math.abs(none[1] - none[0]) < 1e-3 * none[0], 'without history and passes light is not as it was gathered');
+        must(spatial[1] < 0.5 * spatial[0] && both[1] < spatial[1], 'the filter leaves too much');
     },
     async three_js_draws_with_our_shadows() {
         await open('three.html', served);
