@@ -1,5 +1,5 @@
-/* native_scene.c - what the pages room, game, sky and filter draw, by the same code on a GL context of this machine, each
-   a program of its own: native_NAME WIDTH HEIGHT FRAMES TIME AZIMUTH ELEVATION DISTANCE UP OUT.png KNOB...
+/* native_scene.c - what the pages room, game, sky and filter draw, by the same code on a GL context of this machine,
+   each a program of its own: native_NAME WIDTH HEIGHT FRAMES TIME AZIMUTH ELEVATION DISTANCE UP OUT.png KNOB...
    tests/web/pages.mjs compares the page's picture with it. */
 #include "native.h"
 
