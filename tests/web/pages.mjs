@@ -305,6 +305,42 @@ const tests = {
         must(await page.evaluate('[...document.images].every((i) => i.offsetHeight > 50)'), 'a picture is missing');
         must(said.length === 0, `the console has: ${said.join(' | ')}`);
     },
+    /* Laid out as with the longest texts, but no program is started: what it draws is another test's. */
+    async every_page_fits_a_phone_and_hides_no_control() {
+        const bad = [];
+        for (const name of ['index', 'product', 'room', 'game', 'sky', 'filter', 'three'].filter((n) => existsSync(`${folder}/${n}.html`))) {
+            if (page) await page.close();
+            page = await newPage();
+            await page.setViewport({ width: 390, height: 844 });
+            await page.evaluateOnNewDocument(() => { WebAssembly.instantiate = WebAssembly.instantiateStreaming = () => new Promise(() => {}); });
+            await page.goto(name === 'three' ? `${served}/three.html` : `file://${folder}/${name}.html`);
+            const found = await page.evaluate(() => {
+                const element = (id) => document.getElementById(id), root = document.documentElement, list = [];
+                const long = '96 x 96 maps, 123.4 MB, built in 123.4 s, and a_name_of_a_file_that_is_rather_long_because_somebody_likes_it.glb';
+                if (element('facts')) element('facts').textContent = long;
+                if (element('work')) element('work').style.display = 'flex';
+                for (const facts of document.querySelectorAll('.facts')) facts.textContent = long;
+                if (root.scrollWidth > innerWidth) list.push(`it is ${root.scrollWidth} wide`);
+                const panel = element('panel');
+                if (panel && panel.scrollWidth > panel.clientWidth) list.push(`its panel is ${panel.scrollWidth} wide, of ${panel.clientWidth}`);
+                const controls = [...document.querySelectorAll('button, select, input, a[href], .file')].filter((c) => c.offsetWidth > 1);
+                for (const c of controls) {
+                    c.scrollIntoView({ block: 'center' });
+                    const r = c.getBoundingClientRect(), named = `${c.localName} ${c.id || c.textContent.slice(0, 20)}`;
+                    const [x, y] = [(r.left + r.right) / 2, (r.top + r.bottom) / 2], top = document.elementFromPoint(x, y);
+                    const box = (panel ?? document.body).getBoundingClientRect(), padding = parseFloat(getComputedStyle(panel ?? document.body).paddingRight);
+                    if (r.left < box.left || r.right > box.right - padding + 0.5 || r.top < 0 || r.bottom > innerHeight) list.push(`${named} is clipped: ${Object.values(r.toJSON())}`);
+                    else if (!top || !(c.contains(top) || top.contains(c))) list.push(`${named} lies below ${top?.localName} ${top?.id}`);
+                }
+                scrollTo(0, 0);
+                if (panel) panel.scrollTo(0, 0);
+                return { list, controls: controls.length };
+            });
+            if (process.env.PHONE) writeFileSync(`${process.env.PHONE}/phone-${name}.png`, await page.screenshot());
+            if (found.list.length || found.controls < 1) bad.push(`${name}, ${found.controls} controls: ${found.list.join('; ')}`);
+        }
+        must(bad.length === 0, bad.join(' | '));
+    },
     async index_begins_what_is_scrolled_to_where_a_gpu_draws() {
         if (page) await page.close();
         page = await newPage();
