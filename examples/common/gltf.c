@@ -1,8 +1,7 @@
 /* gltf.c - a glTF file becomes an ex_scene. The parser (gltf.h) lets everything through, so that all checks stand here:
    indices, types, strides and sizes of accessors, the shape of the node graph, non-finite numbers. What is broken as a
    whole is an error; single bad vertices and triangles, which real models have, are left out and counted. */
-#include "internal.h"
-#include "gltf.h"
+#include "rig.h"
 #include <stdlib.h>
 #include <string.h>
 
@@ -17,7 +16,6 @@ int ex_gltf_load(ex_scene *scene, const char *path, char *error)
 #else
 
 #define MOST_INTENSITY 1e12          /* as of --light: products with it stay far from the largest float */
-#define HUGE_COORDINATE 1e9f         /* beyond it squared areas leave the range of floats */
 #define MOST_TRIANGLES  100000000u   /* of all meshes, and of all nodes: small files can name one array often */
 #define MOST_LIGHTS     1000u        /* nodes with a light: techniques draw maps for each */
 #define MOST_OBJECTS    100000u      /* nodes with a mesh: techniques spend a millisecond and more on each */
@@ -32,6 +30,8 @@ typedef struct loader {
     char            *error;
     uint64_t         placed;     /* triangles of the nodes so far */
     image_means     *means;      /* of each image */
+    ex_source       *sources;    /* of each vertex of the mesh being built, where the file moves any */
+    size_t           source_room;
 } loader;
 
 /* ---- accessors ---- */
@@ -104,7 +104,7 @@ float ex_gltf_float(const gltf_accessor *a, size_t i, int component)
 
 typedef struct primitive {
     const gltf_accessor *positions, *normals, *uvs, *indices;
-    uint32_t  material;
+    uint32_t  material, number;  /* number: of the primitive in the file */
     uint32_t *remap;             /* vertex of the file -> vertex of the mesh; UINT32_MAX not yet, BAD never */
 } primitive;
 
@@ -121,6 +121,21 @@ static v3 read_v3(const gltf_accessor *a, size_t i)
     return v3_make(ex_gltf_float(a, i, 0), ex_gltf_float(a, i, 1), ex_gltf_float(a, i, 2));
 }
 
+/* Where vertex `index` of the mesh lies in the file: skins and morph targets are read when the mesh is complete. */
+static void note_source(loader *l, const primitive *p, uint32_t i, uint32_t index)
+{
+    if (!l->scene->rig || l->builder.failed) return;
+    if (index >= l->source_room) {
+        size_t bigger = index ? 2 * (size_t)index : 1024;
+        ex_source *sources = (ex_source *)realloc(l->sources, bigger * sizeof *sources);
+        if (!sources) { l->builder.failed = 1; return; }
+        l->sources = sources;
+        l->source_room = bigger;
+    }
+    l->sources[index].primitive = p->number;
+    l->sources[index].vertex = i;
+}
+
 /* Adds vertex i with the given or its own normal; zero normals are made by the builder. */
 static uint32_t add_vertex(loader *l, const primitive *p, uint32_t i, const v3 *normal)
 {
@@ -128,6 +143,7 @@ static uint32_t add_vertex(loader *l, const primitive *p, uint32_t i, const v3 *
     if (normal) n = *normal;
     else if (p->normals) n = v3_unit_or(read_v3(p->normals, i), zero);
     uint32_t index = ex_build_vertex(&l->builder, read_v3(p->positions, i), n);
+    note_source(l, p, i, index);
     for (int k = 0; p->uvs && !l->builder.failed && k < 2; k++) {
         float uv = ex_gltf_float(p->uvs, i, k);
         l->builder.mesh.uvs[2 * (size_t)index + (size_t)k] = fabsf(uv) < 1e6f ? uv : 0;
@@ -230,6 +246,7 @@ static int load_primitive(loader *l, const gltf_primitive *from)
     primitive p;
     int ready = open_primitive(l, from, &p);
     if (ready <= 0 || is_invisible(l, from->material)) return ready < 0 ? -1 : 0;
+    p.number = (uint32_t)(from - l->file->primitives);
     p.remap = (uint32_t *)malloc(p.positions->count * sizeof *p.remap);
     if (!p.remap) return ex_fail(l->error, "%s: out of memory", l->path);
     for (size_t i = 0; i < p.positions->count; i++) {
@@ -257,8 +274,10 @@ static int load_mesh(loader *l, size_t mesh, size_t *next)
     }
     for (size_t i = first; i < *next; i++)
         if (load_primitive(l, &f->primitives[i]) != 0) return -1;
-    ex_build_finish(&l->builder);
-    return l->builder.failed ? ex_fail(l->error, "%s: out of memory", l->path) : 0;
+    uint32_t number = ex_build_finish(&l->builder);
+    if (l->builder.failed) return ex_fail(l->error, "%s: out of memory", l->path);
+    if (!l->scene->rig) return 0;
+    return ex_rig_add_shape(l->scene->rig, f, &l->scene->meshes[number], number, l->sources, l->path, l->error);
 }
 
 /* ---- materials and textures ---- */
@@ -398,29 +417,12 @@ static int too_many_triangles(const loader *l)
 
 static void local_matrix(const gltf_node *node, float m[16])
 {
-    if (node->has_matrix) {
-        for (int i = 0; i < 16; i++) m[i] = (float)node->matrix[i];
-        return;
-    }
-    const double *q = node->rotation, *s = node->scale;
-    double n = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3], k = n > 0 ? 2 / n : 0;
-    double x = q[0], y = q[1], z = q[2], w = q[3];
-    double r[9] = {1 - k * (y * y + z * z), k * (x * y + z * w), k * (x * z - y * w),
-                   k * (x * y - z * w), 1 - k * (x * x + z * z), k * (y * z + x * w),
-                   k * (x * z + y * w), k * (y * z - x * w), 1 - k * (x * x + y * y)};
-    ex_identity(m);
-    for (int i = 0; i < 9; i++) m[4 * (i / 3) + i % 3] = (float)(r[i] * s[i / 3]);
-    for (int i = 0; i < 3; i++) m[12 + i] = (float)node->translation[i];
-}
-
-static int transform_usable(const float m[16])
-{
-    float largest = 0;
-    for (int i = 0; i < 16; i++) {
-        if (!(fabsf(m[i]) < HUGE_COORDINATE)) return 0;
-        if (i % 4 < 3 && i < 12 && fabsf(m[i]) > largest) largest = fabsf(m[i]);
-    }
-    return largest > 0 && fabsf(m[3]) + fabsf(m[7]) + fabsf(m[11]) < 1e-6f && fabsf(m[15] - 1) < 1e-6f;
+    double parts[10];
+    memcpy(parts, node->translation, sizeof node->translation);
+    memcpy(parts + 3, node->rotation, sizeof node->rotation);
+    memcpy(parts + 7, node->scale, sizeof node->scale);
+    if (!node->has_matrix) ex_compose(m, parts);
+    for (int i = 0; i < 16 && node->has_matrix; i++) m[i] = (float)node->matrix[i];
 }
 
 static void load_camera(loader *l, double yfov, const float m[16])
@@ -450,38 +452,58 @@ static int load_light(loader *l, const gltf_light *from, const float m[16])
     if (ex_grow(&l->scene->lights, &l->scene->light_count, sizeof(ex_light)) != 0)
         return ex_fail(l->error, "%s: out of memory", l->path);
     ex_light *light = &l->scene->lights[l->scene->light_count - 1];
-    v3 out = v3_unit_or(ex_transform_vector(m, v3_make(0, 0, -1)), v3_make(0, 0, -1));
     light->kind = kinds[from->kind];
-    v3_store(light->position, ex_transform_point(m, v3_make(0, 0, 0)));
-    v3_store(light->direction, from->kind == 0 ? v3_scale(out, -1) : out);
+    ex_place_light(light, m);
     light->cos_half_angle = (float)cos(angle);
     for (int k = 0; k < 3; k++) light->value[k] = to_color(from->color[k]) * (float)from->intensity;
     return 0;
 }
 
-static int load_node(loader *l, const gltf_node *node, const float m[16])
+/* The mesh of a node becomes an object. What a skin moves lies in the world, and the node's transform is ignored. */
+static int load_object(loader *l, uint32_t number, const float m[16])
+{
+    const gltf_node *node = &l->file->nodes[number];
+    ex_rig *rig = l->scene->rig;
+    const int moves = rig ? ex_rig_moves(rig, l->file, number) : 0;
+    float transform[16];
+    memcpy(transform, m, sizeof transform);
+    if (moves == 2) ex_identity(transform);
+    if (rig && l->file->animation_count) ex_transform_speck(transform);      /* it may grow */
+    if (!ex_transform_usable(transform)) {
+        l->scene->skipped_triangles += l->scene->meshes[node->mesh].triangle_count;
+        return 0;
+    }
+    l->placed += l->scene->meshes[node->mesh].triangle_count;
+    if (l->placed > MOST_TRIANGLES)
+        return ex_fail(l->error, "%s: its nodes place more than %u triangles", l->path, MOST_TRIANGLES);
+    if (l->scene->object_count >= MOST_OBJECTS)
+        return ex_fail(l->error, "%s: more than %u of its nodes have meshes", l->path, MOST_OBJECTS);
+    ex_object *object = ex_build_object(&l->builder, node->name ? node->name : "", (uint32_t)node->mesh);
+    if (!object) return ex_fail(l->error, "%s: out of memory", l->path);
+    memcpy(object->transform, transform, sizeof object->transform);
+    const uint32_t index = l->scene->object_count - 1;
+    if (rig && moves < 2 && ex_rig_add_placed(&rig->objects, &rig->object_count, index, number) != 0)
+        return ex_fail(l->error, "%s: out of memory", l->path);
+    return moves ? ex_rig_add_body(l->scene, l->file, number, index, l->path, l->error) : 0;
+}
+
+static int load_node(loader *l, uint32_t number, const float m[16])
 {
     const gltf_file *f = l->file;
+    const gltf_node *node = &f->nodes[number];
+    ex_rig *rig = l->scene->rig;
     if (node->mesh >= 0 && (size_t)node->mesh >= f->mesh_count)
         return ex_fail(l->error, "%s: mesh %d does not exist", l->path, node->mesh);
-    if (node->mesh >= 0 && l->scene->meshes[node->mesh].triangle_count > 0) {
-        if (!transform_usable(m)) {
-            l->scene->skipped_triangles += l->scene->meshes[node->mesh].triangle_count;
-        } else {
-            l->placed += l->scene->meshes[node->mesh].triangle_count;
-            if (l->placed > MOST_TRIANGLES)
-                return ex_fail(l->error, "%s: its nodes place more than %u triangles", l->path, MOST_TRIANGLES);
-            if (l->scene->object_count >= MOST_OBJECTS)
-                return ex_fail(l->error, "%s: more than %u of its nodes have meshes", l->path, MOST_OBJECTS);
-            ex_object *object = ex_build_object(&l->builder, node->name ? node->name : "", (uint32_t)node->mesh);
-            if (!object) return ex_fail(l->error, "%s: out of memory", l->path);
-            memcpy(object->transform, m, sizeof object->transform);
-        }
-    }
-    if (!transform_usable(m)) return 0;
+    if (node->mesh >= 0 && l->scene->meshes[node->mesh].triangle_count > 0 && load_object(l, number, m) != 0) return -1;
+    if (!ex_transform_usable(m)) return 0;
     if (node->camera >= 0 && (size_t)node->camera < f->camera_count) load_camera(l, f->yfovs[node->camera], m);
-    if (node->light >= 0 && (size_t)node->light < f->light_count) return load_light(l, &f->lights[node->light], m);
-    return 0;
+    if (node->light < 0 || (size_t)node->light >= f->light_count) return 0;
+    const uint32_t before = l->scene->light_count;
+    int failed = 0;
+    if (load_light(l, &f->lights[node->light], m) != 0) return -1;
+    if (rig && l->scene->light_count > before)
+        failed = ex_rig_add_placed(&rig->lights, &rig->light_count, before, number);
+    return failed ? ex_fail(l->error, "%s: out of memory", l->path) : 0;
 }
 
 typedef struct visit { int node; float matrix[16]; } visit;
@@ -508,7 +530,7 @@ static int walk(loader *l, visit *stack, uint8_t *reached)
         const gltf_node *node = &f->nodes[stack[--depth].node];
         local_matrix(node, local);
         ex_multiply(parent, stack[depth].matrix, local);
-        if (load_node(l, node, parent) != 0) return -1;
+        if (load_node(l, (uint32_t)stack[depth].node, parent) != 0) return -1;
         list = node->children;
         list_count = node->child_count;
     }
@@ -524,6 +546,24 @@ static int load_nodes(loader *l)
     return result;
 }
 
+/* Takes the place that the file gives everything at rest; what no animation moves then stays there for good. */
+static int load_rig(loader *l)
+{
+    ex_scene *scene = l->scene;
+    ex_rig *rig = scene->rig;
+    if (ex_rig_add_animation(rig, l->file, (uint32_t)ex_animation, l->path, l->error) != 0) return -1;
+    if (ex_rig_pose(scene, -1) != 0) return ex_fail(l->error, "%s: %.200s", l->path, rig->problem);
+    scene->animated = rig->channel_count > 0;
+    if (scene->animated) {
+        scene->pose = ex_rig_pose;
+        for (uint32_t i = 0; i < rig->body_count; i++) scene->meshes[rig->bodies[i].mesh].deforms = 1;
+        return 0;
+    }
+    ex_rig_free(rig);
+    scene->rig = NULL;
+    return 0;
+}
+
 static int load_file(void *context, const gltf_file *file, char *error)
 {
     loader *l = (loader *)context;
@@ -535,11 +575,15 @@ static int load_file(void *context, const gltf_file *file, char *error)
     if (too_many_triangles(l))
         return ex_fail(error, "%s: its meshes have more than %u triangles", l->path, MOST_TRIANGLES);
     if (load_materials(l) != 0) return -1;
+    if (ex_animation >= 0 && ex_rig_wanted(file)) {
+        l->scene->rig = ex_rig_begin(file, l->path, error);
+        if (!l->scene->rig) return -1;
+    }
     for (size_t i = 0; i < file->mesh_count; i++)
         if (load_mesh(l, i, &next) != 0) return -1;
     if (load_nodes(l) != 0) return -1;
     if (l->scene->object_count == 0) return ex_fail(error, "%s: holds no triangle that can be drawn", l->path);
-    return 0;
+    return l->scene->rig ? load_rig(l) : 0;
 }
 
 int ex_gltf_load(ex_scene *scene, const char *path, char *error)
@@ -552,6 +596,7 @@ int ex_gltf_load(ex_scene *scene, const char *path, char *error)
     int result = ex_gltf_check(path, error);
     if (result == 0) result = ex_gltf_parse(path, load_file, &l, error, EX_ERROR_SIZE);
     free(l.means);
+    free(l.sources);
     ex_mesh_free(&l.builder.mesh);
     return result;
 }

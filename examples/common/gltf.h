@@ -16,7 +16,7 @@ typedef struct gltf_accessor {
     size_t   stride;             /* between elements; 0 = tightly packed */
     size_t   count;
     int      component_type;     /* 5120..5126 as in the file */
-    int      components;         /* 1..4; 0 for matrices and nonsense */
+    int      components;         /* 1..4, 16 for MAT4; 0 for other matrices and nonsense */
     int      normalized, sparse;
 } gltf_accessor;
 
@@ -26,7 +26,13 @@ typedef struct gltf_primitive {
     int positions, normals, indices, material;      /* -1 = none */
     int uvs[2];                  /* TEXCOORD_0 and _1 */
     int colors;                  /* COLOR_0 */
+    int joints[2], weights[2];   /* JOINTS_0 and _1, WEIGHTS_0 and _1 */
+    size_t first_target, target_count;              /* in gltf_file.targets */
 } gltf_primitive;
+
+typedef struct gltf_target { int positions, normals; } gltf_target;    /* accessors of differences, -1 = none */
+
+typedef struct gltf_weights { const double *values; size_t count; } gltf_weights;    /* of morph targets */
 
 typedef struct gltf_material {
     double base_color[4], emissive[3], emissive_strength, metallic, roughness, alpha_cutoff, transmission;
@@ -44,10 +50,21 @@ typedef struct gltf_node {
     const char *name;
     const int  *children;
     size_t      child_count;
-    int         mesh, camera, light;
+    int         mesh, camera, light, skin;
+    gltf_weights weights;        /* in place of those of the mesh; count 0 = none */
     int         has_matrix;
     double      matrix[16], translation[3], rotation[4], scale[3];
 } gltf_node;
+
+typedef struct gltf_skin { const int *joints; size_t joint_count; int inverse_bind; } gltf_skin;
+
+typedef enum gltf_path { GLTF_TRANSLATION, GLTF_ROTATION, GLTF_SCALE, GLTF_WEIGHTS, GLTF_NO_PATH } gltf_path;
+typedef enum gltf_interpolation { GLTF_LINEAR, GLTF_STEP, GLTF_CUBICSPLINE, GLTF_NO_INTERPOLATION } gltf_interpolation;
+
+typedef struct gltf_channel { int sampler, node; gltf_path path; } gltf_channel;     /* node: -1 = none */
+typedef struct gltf_sampler { int input, output; gltf_interpolation interpolation; } gltf_sampler;
+/* Ranges of gltf_file.channels and .samplers; a channel counts the samplers of its animation. */
+typedef struct gltf_animation { size_t first_channel, channel_count, first_sampler, sampler_count; } gltf_animation;
 
 typedef struct gltf_file {
     const gltf_accessor  *accessors;  size_t accessor_count;
@@ -58,7 +75,12 @@ typedef struct gltf_file {
     const gltf_node      *nodes;      size_t node_count;
     const double         *yfovs;      size_t camera_count;      /* 0 for an orthographic one */
     const int            *roots;      size_t root_count;        /* of the default scene */
-    size_t mesh_count;
+    const gltf_weights   *weights;    size_t mesh_count;        /* one a mesh */
+    const gltf_target    *targets;    size_t target_count;
+    const gltf_skin      *skins;      size_t skin_count;
+    const gltf_channel   *channels;   size_t channel_count;
+    const gltf_sampler   *samplers;   size_t sampler_count;
+    const gltf_animation *animations; size_t animation_count;
     const char *unsupported;          /* a required extension that the parser does not know, or NULL */
 } gltf_file;
 

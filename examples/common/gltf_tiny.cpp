@@ -93,6 +93,12 @@ struct Arrays {
     std::vector<gltf_image> images;
     std::vector<gltf_light> lights;
     std::vector<gltf_node> nodes;
+    std::vector<gltf_weights> weights;
+    std::vector<gltf_target> targets;
+    std::vector<gltf_skin> skins;
+    std::vector<gltf_channel> channels;
+    std::vector<gltf_sampler> samplers;
+    std::vector<gltf_animation> animations;
     std::vector<double> yfovs;
     std::vector<int> roots;
     std::string unsupported;
@@ -103,10 +109,16 @@ template <typename T> bool valid(int index, const std::vector<T> &list)
     return index >= 0 && static_cast<size_t>(index) < list.size();
 }
 
-int attribute(const tinygltf::Primitive &primitive, const char *name)
+int attribute(const std::map<std::string, int> &attributes, const char *name)
 {
-    std::map<std::string, int>::const_iterator it = primitive.attributes.find(name);
-    return it == primitive.attributes.end() ? -1 : it->second;
+    std::map<std::string, int>::const_iterator it = attributes.find(name);
+    return it == attributes.end() ? -1 : it->second;
+}
+
+gltf_weights convert_weights(const std::vector<double> &from)
+{
+    gltf_weights to = {from.data(), from.size()};
+    return to;
 }
 
 /* Member of an extension's object. */
@@ -126,7 +138,8 @@ gltf_accessor convert_accessor(const tinygltf::Model &model, const tinygltf::Acc
     gltf_accessor to = gltf_accessor();
     to.count = from.count;
     to.component_type = from.componentType;
-    to.components = from.type == TINYGLTF_TYPE_SCALAR ? 1 : from.type >= 2 && from.type <= 4 ? from.type : 0;
+    to.components = from.type == TINYGLTF_TYPE_SCALAR ? 1 : from.type >= 2 && from.type <= 4 ? from.type
+                  : from.type == TINYGLTF_TYPE_MAT4 ? 16 : 0;
     to.normalized = from.normalized;
     to.sparse = from.sparse.isSparse;
     if (!valid(from.bufferView, model.bufferViews)) return to;
@@ -179,21 +192,69 @@ void convert_materials(const tinygltf::Model &model, Arrays &out)
 
 void convert_meshes(const tinygltf::Model &model, Arrays &out)
 {
-    for (size_t i = 0; i < model.meshes.size(); i++)
+    for (size_t i = 0; i < model.meshes.size(); i++) {
+        out.weights.push_back(convert_weights(model.meshes[i].weights));
         for (size_t k = 0; k < model.meshes[i].primitives.size(); k++) {
             const tinygltf::Primitive &from = model.meshes[i].primitives[k];
             gltf_primitive to = gltf_primitive();
             to.mesh = static_cast<int>(i);
             to.mode = from.mode;
-            to.positions = attribute(from, "POSITION");
-            to.normals = attribute(from, "NORMAL");
-            to.uvs[0] = attribute(from, "TEXCOORD_0");
-            to.uvs[1] = attribute(from, "TEXCOORD_1");
-            to.colors = attribute(from, "COLOR_0");
+            to.positions = attribute(from.attributes, "POSITION");
+            to.normals = attribute(from.attributes, "NORMAL");
+            to.uvs[0] = attribute(from.attributes, "TEXCOORD_0");
+            to.uvs[1] = attribute(from.attributes, "TEXCOORD_1");
+            to.colors = attribute(from.attributes, "COLOR_0");
+            to.joints[0] = attribute(from.attributes, "JOINTS_0");
+            to.joints[1] = attribute(from.attributes, "JOINTS_1");
+            to.weights[0] = attribute(from.attributes, "WEIGHTS_0");
+            to.weights[1] = attribute(from.attributes, "WEIGHTS_1");
             to.indices = from.indices;
             to.material = from.material;
+            to.first_target = out.targets.size();
+            to.target_count = from.targets.size();
+            for (size_t t = 0; t < from.targets.size(); t++) {
+                gltf_target target = {attribute(from.targets[t], "POSITION"), attribute(from.targets[t], "NORMAL")};
+                out.targets.push_back(target);
+            }
             out.primitives.push_back(to);
         }
+    }
+}
+
+gltf_path path_of(const std::string &name)
+{
+    return name == "translation" ? GLTF_TRANSLATION : name == "rotation" ? GLTF_ROTATION : name == "scale" ? GLTF_SCALE
+         : name == "weights" ? GLTF_WEIGHTS : GLTF_NO_PATH;
+}
+
+gltf_interpolation interpolation_of(const std::string &name)
+{
+    return name == "LINEAR" ? GLTF_LINEAR : name == "STEP" ? GLTF_STEP : name == "CUBICSPLINE" ? GLTF_CUBICSPLINE
+         : GLTF_NO_INTERPOLATION;
+}
+
+void convert_animations(const tinygltf::Model &model, Arrays &out)
+{
+    for (size_t i = 0; i < model.skins.size(); i++) {
+        const tinygltf::Skin &from = model.skins[i];
+        gltf_skin to = {from.joints.data(), from.joints.size(), from.inverseBindMatrices};
+        out.skins.push_back(to);
+    }
+    for (size_t i = 0; i < model.animations.size(); i++) {
+        const tinygltf::Animation &from = model.animations[i];
+        gltf_animation to = {out.channels.size(), from.channels.size(), out.samplers.size(), from.samplers.size()};
+        for (size_t k = 0; k < from.channels.size(); k++) {
+            const tinygltf::AnimationChannel &c = from.channels[k];
+            gltf_channel channel = {c.sampler, c.target_node, path_of(c.target_path)};
+            out.channels.push_back(channel);
+        }
+        for (size_t k = 0; k < from.samplers.size(); k++) {
+            const tinygltf::AnimationSampler &s = from.samplers[k];
+            gltf_sampler sampler = {s.input, s.output, interpolation_of(s.interpolation)};
+            out.samplers.push_back(sampler);
+        }
+        out.animations.push_back(to);
+    }
 }
 
 void convert_lights(const tinygltf::Model &model, Arrays &out)
@@ -220,6 +281,8 @@ void convert_nodes(const tinygltf::Model &model, Arrays &out)
         to.mesh = from.mesh;
         to.camera = from.camera;
         to.light = -1;
+        to.skin = from.skin;
+        to.weights = convert_weights(from.weights);
         tinygltf::ExtensionMap::const_iterator it = from.extensions.find("KHR_lights_punctual");
         if (it != from.extensions.end() && it->second.Has("light"))
             to.light = it->second.Get("light").GetNumberAsInt();
@@ -309,6 +372,7 @@ int show(tinygltf::Model &model, Sources &sources, gltf_visitor visit, void *con
     convert_meshes(model, a);
     convert_lights(model, a);
     convert_nodes(model, a);
+    convert_animations(model, a);
     find_roots(model, a);
     find_unsupported(model, a);
     gltf_file file = gltf_file();
@@ -320,7 +384,12 @@ int show(tinygltf::Model &model, Sources &sources, gltf_visitor visit, void *con
     file.nodes = a.nodes.data();           file.node_count = a.nodes.size();
     file.yfovs = a.yfovs.data();           file.camera_count = a.yfovs.size();
     file.roots = a.roots.data();           file.root_count = a.roots.size();
-    file.mesh_count = model.meshes.size();
+    file.weights = a.weights.data();       file.mesh_count = model.meshes.size();
+    file.targets = a.targets.data();       file.target_count = a.targets.size();
+    file.skins = a.skins.data();           file.skin_count = a.skins.size();
+    file.channels = a.channels.data();     file.channel_count = a.channels.size();
+    file.samplers = a.samplers.data();     file.sampler_count = a.samplers.size();
+    file.animations = a.animations.data(); file.animation_count = a.animations.size();
     file.unsupported = a.unsupported.empty() ? nullptr : a.unsupported.c_str();
     return visit(context, &file, error);
 }

@@ -146,6 +146,11 @@ void ex_build_horse(ex_builder *b, uint32_t material);       /* head and neck of
 /* Loads through whatever glTF parser was built in; see gltf.c. */
 int  ex_gltf_load(ex_scene *scene, const char *path, char *error);
 
+/* What moves a glTF scene: rig.h. */
+typedef struct ex_rig ex_rig;
+void ex_rig_free(ex_rig *rig);                       /* NULL is allowed */
+const char *ex_rig_problem(const ex_rig *rig);       /* why the last pose failed */
+
 /* Whether stb may read a .hdr file: it is whole, and neither reading nor using it takes more than ex_memory_limit. -1
    with one line in error. */
 int  ex_hdr_check(const char *path, char *error);

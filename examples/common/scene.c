@@ -44,10 +44,11 @@ int ex_scene_builtin(ex_scene *scene, const char *name, float time, char *error)
 int ex_scene_set_time(ex_scene *scene, float time, char *error)
 {
     if (!scene->pose || scene->pose(scene, time) == 0) return 0;
-    return ex_fail(error, "%s: out of memory", scene->name);
+    return ex_fail(error, "%s: %.180s", scene->name, scene->rig ? ex_rig_problem(scene->rig) : "out of memory");
 }
 
 int ex_normal_maps;
+int ex_animation = -1;
 
 int ex_scene_load(ex_scene *scene, const char *path, char *error)
 {
@@ -70,6 +71,7 @@ void ex_scene_free(ex_scene *scene)
     free(scene->materials);
     free(scene->textures);
     free(scene->lights);
+    ex_rig_free(scene->rig);
     ex_sky_free(&scene->sky);
     memset(scene, 0, sizeof *scene);
 }

@@ -77,8 +77,9 @@ typedef struct ex_scene {
     ex_sky       sky;
     ex_camera    camera;    int has_camera;
     uint32_t     skipped_vertices, skipped_triangles;   /* non-finite, out of range or degenerate; never loaded */
-    int          animated;       /* a built-in scene that another `time` would change */
+    int          animated;       /* another `time` would change it: a built-in scene, or a glTF file's animation */
     int        (*pose)(struct ex_scene *, float time);  /* how; NULL = nothing moves. For ex_scene_set_time */
+    struct ex_rig *rig;          /* what moves a glTF file; NULL for other scenes */
 } ex_scene;
 
 #define EX_ERROR_SIZE 256        /* room that every char *error argument must have; one line, no newline */
@@ -87,6 +88,9 @@ typedef struct ex_scene {
 int  ex_scene_load(ex_scene *scene, const char *path, char *error);                 /* .glb, .gltf */
 extern int ex_normal_maps;       /* not 0: ex_scene_load reads normal maps and maps of roughness and metal, too; 0 at
                                     first, as few programs use them */
+extern int ex_animation;         /* number of the animation that ex_scene_load reads, with skins and morph targets, for
+                                    ex_scene_set_time; before it, a scene is as the file holds it at rest. -1, at first:
+                                    none of that, vertices are those of the file */
 int  ex_scene_builtin(ex_scene *scene, const char *name, float time, char *error);  /* a name of ex_scene_names() */
 const char *const *ex_scene_names(void);                                            /* NULL-terminated */
 /* Moves an animated scene: transforms, lights, emission and meshes that deform. Objects, meshes, materials and lights

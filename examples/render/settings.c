@@ -19,6 +19,7 @@ const rd_key rd_common_keys[] = {
     { "emitters", RD_WORD, "0|1|removed", 0, 0, "1",
       "0: emissive surfaces shed no light; removed: nor stand in its way" },
     { "lamp_count", RD_INTEGER, NULL, 0, 16, "0", "spheres of light that circle round the scene, once in 8 seconds" },
+    { "animation", RD_INTEGER, NULL, 0, 9999, "0", "of a glTF file: which of its animations moves it" },
     { "still", RD_WORD, "0|1", 0, 0, "0", "1: only those lamps move with time" },
     { "warm_up", RD_INTEGER, NULL, 0, 1000, "0", "times that the first frame is drawn before it is timed and kept" },
     { "compute", RD_WORD, "auto|0|1", 0, 0, "auto",

@@ -222,11 +222,26 @@ static int finish(ex_scene *scene, rd_job *job, rd_emitter **emitters, const rd_
     return ground && ex_scene_add_ground(scene) != 0 ? out_of_memory(error) : 0;
 }
 
-int rd_setup(ex_scene *scene, rd_job *job, rd_emitter **emitters, const rd_args *args, float time, char *error)
+/* At that time: a built-in scene, or a file with its animation. */
+static int load_scene(ex_scene *scene, const rd_args *args, float time, char *error)
 {
     const char *builtin = builtin_name(args->scene);
+    int result;
+    if (builtin)
+        return ex_scene_builtin(scene, builtin, time, error);
+    ex_animation = (int)rd_setting_integer(&args->settings, "animation");
+    result = ex_scene_load(scene, args->scene, error);
+    ex_animation = -1;
+    if (result != 0 || ex_scene_set_time(scene, time, error) == 0)
+        return result;
+    ex_scene_free(scene);
+    return -1;
+}
+
+int rd_setup(ex_scene *scene, rd_job *job, rd_emitter **emitters, const rd_args *args, float time, char *error)
+{
     *emitters = NULL;
-    if ((builtin ? ex_scene_builtin(scene, builtin, time, error) : ex_scene_load(scene, args->scene, error)) != 0)
+    if (load_scene(scene, args, time, error) != 0)
         return -1;
     if (finish(scene, job, emitters, args, error) == 0) {
         job->time = time;

@@ -1,4 +1,4 @@
-/* common_gltf_hostile_test.c - 700 glTF files that ask for too much: each is loaded or refused by one line that a
+/* common_gltf_hostile_test.c - 900 glTF files that ask for too much: each is loaded or refused by one line that a
    terminal can show, within 2 seconds of processor time (of a machine that is no slower than slowness() says) and 1 GB
    of memory. */
 #define _DEFAULT_SOURCE
@@ -162,6 +162,42 @@ static void repeated_names(FILE *file, int i)
     fputs("]", file);
 }
 
+/* Nodes that all show one skinned mesh, and are its joints, too. */
+static void many_skins(FILE *file, int i)
+{
+    long n = grown(i, 3e4), k;
+    fprintf(file, TRIANGLE ",\"nodes\":[{}");
+    for (k = 0; k < n; k++) fprintf(file, ",{\"mesh\":1,\"skin\":%ld}", i % 2 ? 0 : k);
+    fputs("],\"scenes\":[{\"nodes\":[0", file);
+    for (k = 0; k < n; k++) fprintf(file, ",%ld", k + 1);
+    fputs("]}],\"skins\":[{\"joints\":[0", file);
+    for (k = 0; k < n && i % 2; k++) fprintf(file, ",%ld", i % 3 ? k + 1 : 0);
+    fputs("]}", file);
+    for (k = 0; k < n && i % 2 == 0; k++) fprintf(file, ",{\"joints\":[%ld]}", k);
+    /* Where a member stands twice, the parser takes the last. */
+    fputs("],\"meshes\":[{\"primitives\":[]},{\"primitives\":[{\"attributes\":{\"POSITION\":0,\"JOINTS_0\":1,"
+          "\"WEIGHTS_0\":2}}]}],\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"},"
+          "{\"bufferView\":0,\"componentType\":5121,\"count\":3,\"type\":\"VEC4\"},"
+          "{\"bufferView\":0,\"componentType\":5121,\"count\":3,\"type\":\"VEC4\"}]", file);
+}
+
+/* One node that all channels move, by samplers that are each their own, or all one. */
+static void many_channels(FILE *file, int i)
+{
+    static const char *const paths[] = { "translation", "rotation", "scale", "weights", "pointer" };
+    long n = grown(i, 1e5), k;
+    fprintf(file, TRIANGLE "," NODE ",\"animations\":[{\"channels\":[");
+    for (k = 0; k < n; k++)
+        fprintf(file, "%s{\"sampler\":%ld,\"target\":{\"node\":0,\"path\":\"%s\"}}", k ? "," : "", i % 2 ? 0 : k,
+                paths[(i % 10 < 6 ? 0 : k) % 5]);
+    fputs("],\"samplers\":[", file);
+    for (k = 0; k < n; k++)
+        fprintf(file, "%s{\"input\":%d,\"output\":%d}", k ? "," : "", i % 3 ? 1 : 0, i % 4 ? 0 : 2);
+    fputs("]}],\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"},"
+          "{\"bufferView\":0,\"byteOffset\":8,\"componentType\":5126,\"count\":2,\"type\":\"SCALAR\"},"
+          "{\"bufferView\":0,\"componentType\":5126,\"count\":2,\"type\":\"VEC3\"}]", file);
+}
+
 /* ---- each in a process of its own ---- */
 
 /* Loads the file; the exit status is 0 (loaded), 1 (refused as it should be) or LINE_FAILED. */
@@ -170,6 +206,7 @@ static void load_and_exit(void)
     char error[EX_ERROR_SIZE] = "";
     ex_scene scene;
     const char *c;
+    ex_animation = 0;
     if (ex_scene_load(&scene, file_name, error) == 0) {
         ex_scene_free(&scene);
         _exit(0);
@@ -249,6 +286,9 @@ static void pictures_larger_than_memory_are_refused(void **state) { (void)state;
 static void trees_deep_and_wide_are_refused_or_read(void **state) { (void)state; all_of(trees_of_nodes); }
 static void lists_of_millions_are_refused_or_read(void **state) { (void)state; all_of(many_values); }
 static void names_a_terminal_obeys_stay_out_of_errors(void **state) { (void)state; all_of(repeated_names); }
+
+static void skins_of_thousands_are_refused_or_read(void **state) { (void)state; all_of(many_skins); }
+static void channels_of_thousands_are_refused_or_read(void **state) { (void)state; all_of(many_channels); }
 
 /* The limit is the user's: what is refused under a small one is loaded under a larger one. */
 static void the_limit_is_the_users(void **state)
@@ -348,6 +388,8 @@ int main(void)
         cmocka_unit_test(names_that_are_no_files_do_no_harm), cmocka_unit_test(pictures_larger_than_memory_are_refused),
         cmocka_unit_test(trees_deep_and_wide_are_refused_or_read),
         cmocka_unit_test(lists_of_millions_are_refused_or_read),
+        cmocka_unit_test(skins_of_thousands_are_refused_or_read),
+        cmocka_unit_test(channels_of_thousands_are_refused_or_read),
         cmocka_unit_test(names_a_terminal_obeys_stay_out_of_errors), cmocka_unit_test(the_limit_is_the_users),
         cmocka_unit_test(a_thousand_lights_are_the_most),
         cmocka_unit_test(lights_beyond_all_floats_are_refused)
