@@ -65,10 +65,11 @@ SFIELD_DEF sfield_result sfield_shade(sfield_scene *scene, const struct sfield_p
    of the paper), and writes it to the arrays that the sets name. stats may be NULL.
    Results are not clamped: the ringing of harmonics may take them below 0. A surface that faces a sun is 25 %
    too dark with 2 bands, and 6 % too bright with 3 or 4. Points that are not finite get 0.
-   Errors   SFIELD_ERR_ARGUMENT (NULL, a stride, exponents without to_eye), SFIELD_ERR_INPUT (a normal or
-            to_eye that is not unit, an entity beyond the list), SFIELD_ERR_MISMATCH (a self-visibility or
-            cache of another basis or count, gloss in a scene of wavelets; SFIELD_PRODUCT_SPARSE: a
-            self-visibility on a rotated entity), SFIELD_ERR_LIMIT (2^31 points in a set), SFIELD_ERR_ALLOC
+   Errors   SFIELD_ERR_ARGUMENT (NULL, a stride, gloss without to_eye, materials beside exponents or ambient),
+            SFIELD_ERR_INPUT (a normal or to_eye that is not unit, a material out of range, an entity beyond
+            the list), SFIELD_ERR_MISMATCH (a self-visibility or cache of another basis or count, gloss in a
+            scene of wavelets; SFIELD_PRODUCT_SPARSE: a self-visibility on a rotated entity),
+            SFIELD_ERR_LIMIT (2^31 points in a set), SFIELD_ERR_ALLOC
    Cost     with harmonics about 0.1 us for each pair of a point and an occluder in reach */
 
 SFIELD_DEF sfield_result sfield_scene_environment(sfield_scene *scene, const float *rgb, uint32_t width,
@@ -136,8 +137,10 @@ typedef struct sfield_points {      /* receivers that belong together, neighbour
                                        not wanted */
     float       *ambient;           /* results, a float a point, 0..1: the integral of V cos / pi. NULL = not
                                        wanted */
-    float       *gloss;             /* results of harmonics, 3 floats a point: the integral of L V cos (n + 2)
-                                       / (2 pi) cos^n (angle to the mirrored view). NULL = not wanted */
+    float       *gloss;             /* results of harmonics, 3 floats a point. By exponents: the integral of L
+                                       V cos (n + 2) / (2 pi) cos^n (angle to the mirrored view). By
+                                       materials: of L V cos F D G / (4 (n . l) (n . v)), the specular part of
+                                       glTF's metal-rough BRDF. NULL = not wanted */
     const sfield_field *self;       /* what the points' own object hides, from sfield_build_self; NULL =
                                        nothing */
     sfield_cache       *cache;      /* of these points alone, from sfield_cache_create; gloss does not use it.
@@ -147,8 +150,14 @@ typedef struct sfield_points {      /* receivers that belong together, neighbour
     const float        *to_eye;     /* for gloss, the direction from each point to the eye: unit, three
                                        floats, in the world. 0 0 0: all results of the point are 0 */
     size_t              to_eye_stride;      /* bytes, a multiple of 4, >= 12; 0 = 12 */
-    const float        *exponents;  /* for gloss, n of each point's Phong lobe, 1..1000; NULL: gloss is 0 */
+    const float        *exponents;  /* for gloss, n of each point's Phong lobe, 1..1000; without exponents and
+                                       materials gloss is 0 */
     size_t              exponent_stride;    /* bytes, a multiple of 4; 0 = one exponent for all */
+    const float        *materials;  /* for gloss in place of exponents: base colour r, g, b, metallic and
+                                       roughness of each point, 0..1, as in glTF 2.0, appendix B. rgb has a
+                                       factor 1 - F under its integral then, so that the surface sends base (1
+                                       - metallic) rgb + gloss to the eye. Takes no ambient */
+    size_t              material_stride;    /* bytes, a multiple of 4, >= 20; 0 = one material for all */
 } sfield_points;
 
 /* ---- memory, threads, progress, messages: the caller's ---- */

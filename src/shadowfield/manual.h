@@ -118,6 +118,7 @@
      section 3.3  16 coefficients of 8 bits                      sfield_sh_project, sfield_build      T77
      section 3.3  area-weighted choice of wavelets               sfield_build                         T81
      section 4    B, the rendering equation                      sfield_shade                         T73
+     section 4    the BRDF at the beginning, before occluders    sfield_points (materials, exponents) -
      section 4.1  G_i = sum of C_ijk E_j F_k: triple products    sfield_sh_product, sfield_sh_terms   T5 T6
      section 4.1  the same of wavelets, in sublinear time        sfield_haar_product                  T81
      section 4.1  the double product                             sfield_sh_dot                        T2

@@ -24,6 +24,9 @@ SFIELD_DEF void sfield_scene_free(sfield_scene *s)
     sfield__free(&a, s->sky);
     sfield__free(&a, s->texel);
     sfield__free(&a, s->scratch);
+#ifndef SFIELD_WITHOUT_GLOSS
+    sfield__free(&a, s->brdf);
+#endif
     sfield__free(&a, s);
 }
 

@@ -37,6 +37,10 @@ typedef struct sfield__walk {       /* how far the occluders are looked through 
 } sfield__walk;
 #endif
 
+#ifndef SFIELD_WITHOUT_GLOSS
+typedef struct sfield__brdf sfield__brdf;    /* BRDFs as harmonics: part gloss.h */
+#endif
+
 struct sfield_scene {
     sfield__allocator allocator;
     sfield_scene_desc desc;
@@ -50,6 +54,9 @@ struct sfield_scene {
     uint32_t light_count, overlaps, maps;
 #ifndef SFIELD_WITHOUT_HIERARCHY
     sfield__tree tree;
+#endif
+#ifndef SFIELD_WITHOUT_GLOSS
+    sfield__brdf     *brdf;         /* harmonics: made when the first set with materials comes */
 #endif
     /* Hashes of all that results depend on besides the points: the entities, the environment; both; and both
        as they were before the last change, 0 if that did more than move the occluders of `moved`. */

@@ -11,7 +11,10 @@ static void sfield__shade_set_sh(const sfield__job *job, const sfield_points *se
     t.set = set;
     t.lights = s->light_count;
     t.sky = s->has_sky || s->has_sun || set->ambient;
-    t.chains = set->gloss && set->exponents ? 2 : 1;
+    t.chains = 1;
+#ifndef SFIELD_WITHOUT_GLOSS
+    t.chains = sfield__count_chains(set);
+#endif
     t.all_round = job->incident != NULL;
     t.set_hash = sfield__hash_set(s, set);
     t.stats = *stats;
@@ -52,9 +55,6 @@ static sfield_result sfield__check_arrays(const sfield__logger *log, const sfiel
         !sfield__check_value(log, p->exponent_stride % 4 == 0, "points->exponent_stride",
                              (double)p->exponent_stride, "a multiple of 4"))
         return SFIELD_ERR_ARGUMENT;
-    if (p->gloss && p->exponents && !p->to_eye)
-        return sfield__fail(log, SFIELD_ERR_ARGUMENT, "points->to_eye",
-                            "is NULL, but gloss and exponents are there");
     if (!sfield__check_value(log, p->entity <= s->item_count, "points->entity", p->entity,
                              "0, or 1 for the first entity, ..."))
         return SFIELD_ERR_INPUT;
@@ -68,8 +68,16 @@ static sfield_result sfield__check_set(const sfield__logger *log, const sfield_s
     if (p->count == 0) return SFIELD_OK;
     result = sfield__check_arrays(log, s, p);
     if (result != SFIELD_OK) return result;
+#ifdef SFIELD_WITHOUT_GLOSS
+    if (p->gloss)
+        return sfield__fail(log, SFIELD_ERR_MISMATCH, "points->gloss",
+                            "is not in this header, joined without gloss");
+#else
     if (p->gloss && !s->algebra)
         return sfield__fail(log, SFIELD_ERR_MISMATCH, "points->gloss", "is not made by wavelets");
+    result = sfield__count_chains(p) > 1 ? sfield__check_gloss(log, p) : SFIELD_OK;
+    if (result != SFIELD_OK) return result;
+#endif
     if (p->self && !sfield__field_fits(s, p->self, SFIELD__KIND_SELF))
         return sfield__fail(log, SFIELD_ERR_MISMATCH, "points->self",
                             "is not a self-visibility of the scene's basis and bands");
@@ -88,8 +96,10 @@ static sfield_result sfield__check_set(const sfield__logger *log, const sfield_s
                                          (double)p->cache->points, "points->count"))
         return SFIELD_ERR_MISMATCH;
     result = sfield__check_units(log, "points->normals", p->normals, p->normal_stride, p->count);
-    if (result == SFIELD_OK && p->to_eye && p->gloss && p->exponents)
+#ifndef SFIELD_WITHOUT_GLOSS
+    if (result == SFIELD_OK && sfield__count_chains(p) > 1)
         result = sfield__check_units(log, "points->to_eye", p->to_eye, p->to_eye_stride, p->count);
+#endif
     return result;
 }
 
@@ -99,12 +109,20 @@ static sfield_result sfield__shade_all(sfield__job *job, sfield_scene_stats *sta
     const uint64_t *from;
     uint64_t *to;
     uint64_t bytes = 64;
+    uint32_t chains = 1;
     size_t i, k;
+#ifndef SFIELD_WITHOUT_GLOSS
+    for (i = 0; i < job->set_count; i++) {
+        const uint32_t own = (uint32_t)sfield__count_chains(&job->sets[i]);
+        chains = own > chains ? own : chains;
+    }
+    if (chains == 3 && !s->brdf && sfield__make_brdf(s) != SFIELD_OK) return SFIELD_ERR_ALLOC;
+#endif
 #ifndef SFIELD_WITHOUT_WAVELETS
     if (!s->algebra) bytes += sfield__scratch_haar(s);
     else
 #endif
-        bytes += sfield__carve_tile(NULL, NULL, s->occluder_count, s->light_count, s->coefs, 2);
+        bytes += sfield__carve_tile(NULL, NULL, s->occluder_count, s->light_count, s->coefs, chains);
     job->pieces = s->desc.system.parallel_for ? (uint32_t)SFIELD__PIECES : 1u;
     if (bytes > SIZE_MAX / job->pieces) return SFIELD_ERR_ALLOC;
     job->scratch = (size_t)bytes;

@@ -38,42 +38,16 @@ static void sfield__evaluate_basis16(uint32_t bands, const float *d, float *out)
     }
 }
 
-/* Computes the lobe cos^n about the mirrored view, times (n + 2) / 2 pi. Its moments over x = cos are
-   1/(n+1), 1/(n+2) and then I_l = I_(l-2) (n - l + 2) / (n + l + 1). */
-static void sfield__fill_lobe(const sfield__tile *t, float *out)
-{
-    const sfield_points *set = t->set;
-    uint32_t bands = t->s->desc.bands, i, l, k;
-    float d[48], before[16], now[16], n[16];
-    for (i = 0; i < 16; i++) {
-        size_t at = t->first + (i < t->lanes ? i : 0);
-        float dot = 0;
-        for (k = 0; k < 3; k++) dot += t->n[16 * k + i] * t->view[16 * k + i];
-        for (k = 0; k < 3; k++) d[16 * k + i] = 2 * dot * t->n[16 * k + i] - t->view[16 * k + i];
-        n[i] = *(const float *)(const void *)((const char *)(const void *)set->exponents +
-                                              at * set->exponent_stride);
-        n[i] = n[i] > 1 ? (n[i] < 1000 ? n[i] : 1000) : 1;
-        before[i] = (n[i] + 2) / (n[i] + 1);
-        now[i] = 1;
-    }
-    sfield__evaluate_basis16(bands, d, out);
-    for (l = 0; l < bands; l++) {
-        for (k = l * l; k < (l + 1) * (l + 1); k++)
-            for (i = 0; i < 16; i++) out[k * 16 + i] *= l == 0 ? before[i] : now[i];
-        for (i = 0; i < 16 && l >= 1; i++) {
-            float next = before[i] * (n[i] - (float)l + 1) / (n[i] + (float)l + 2);
-            before[i] = now[i];
-            now[i] = next;
-        }
-    }
-}
+#ifndef SFIELD_WITHOUT_GLOSS
+static void sfield__start_gloss(sfield__tile *t);
+#endif
 
-/* Computes T before any other entity: own visibility times the cosine, and that times the lobe. */
+/* Computes T before any other entity: own visibility times the cosine, and that times the BRDF. */
 static void sfield__start_tile(sfield__tile *t)
 {
     const sfield_scene *s = t->s;
     const sfield_field *self = t->set->self;
-    uint32_t k, l, i, n = s->coefs * SFIELD__LANES;
+    uint32_t k, l, i;
     if (self) {
         for (i = 0; i < SFIELD__LANES; i++) {
             const uint8_t *q = self->sample + (t->first + (i < t->lanes ? i : 0)) * self->h.stride;
@@ -89,10 +63,9 @@ static void sfield__start_tile(sfield__tile *t)
         for (l = 0, k = 0; l < s->desc.bands; l++)
             for (; k < (l + 1) * (l + 1) * SFIELD__LANES; k++) t->start[k] *= factor[l];
     }
-    if (t->chains == 2) {
-        sfield__fill_lobe(t, t->start + n);
-        sfield__product16(s->algebra, t->start, t->start + n, t->start + n, SFIELD__LANES, 0);
-    }
+#ifndef SFIELD_WITHOUT_GLOSS
+    if (t->chains > 1) sfield__start_gloss(t);
+#endif
 }
 
 /* Interpolates some lanes of a field at their places, times a factor, in planes; the others are 0. */

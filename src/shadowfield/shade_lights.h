@@ -126,21 +126,33 @@ static void sfield__store_rgb(const sfield__tile *t, const float *rgb, float fac
             out[3 * (t->first + l) + c] = t->in_view >> l & 1 ? rgb[c * SFIELD__LANES + l] * factor : 0.0f;
 }
 
+#ifndef SFIELD_WITHOUT_GLOSS
+static void sfield__write_materials(const sfield__tile *t);
+#endif
+
 static void sfield__write_outputs(sfield__tile *t)
 {
     const sfield_points *set = t->set;
     float rgb[3 * SFIELD__LANES];
     uint32_t l, n = t->s->coefs * SFIELD__LANES;
     const float *sky = t->t + (size_t)t->lights * (size_t)t->chains * n;
+#ifndef SFIELD_WITHOUT_GLOSS
+    if (t->chains == 3) {
+        sfield__write_materials(t);
+        return;
+    }
+#endif
     if (set->rgb) {
         sfield__sum_lights(t, 0, rgb);
         sfield__store_rgb(t, rgb, 0.318309886f, set->rgb);
     }
+#ifndef SFIELD_WITHOUT_GLOSS
     if (set->gloss) {
         if (t->chains == 2) sfield__sum_lights(t, 1, rgb);
         else memset(rgb, 0, sizeof rgb);
         sfield__store_rgb(t, rgb, 1, set->gloss);
     }
+#endif
     for (l = 0; l < t->lanes && set->ambient; l++)
         set->ambient[t->first + l] = t->in_view >> l & 1 ? sky[l] * 0.318309886f / sfield__y00 : 0.0f;
 }

@@ -23,7 +23,7 @@ typedef struct sfield__tile {
     uint8_t  *state;                            /* of each occluder: SFIELD__NOT_FETCHED, ... */
     uint32_t  lights;                           /* the environment, if there is one, comes after them */
     int       sky;                              /* 1: there is an environment */
-    int       chains;                           /* 2 with a lobe, otherwise 1 */
+    int       chains;                           /* how many T a point has: 1, with gloss 2 or 3 */
     int       all_round;                        /* not 0: occluders below the horizon count too */
     uint16_t *mask;                             /* [light][occluder in order]: lanes for which it is nearer */
     uint64_t  set_hash;                         /* sfield__hash_set */
@@ -52,7 +52,7 @@ static uint64_t sfield__carve_tile(sfield__tile *t, uint8_t *memory, uint32_t oc
     } while (0)
     SFIELD__CARVE(occlusion, float, n * c);
     SFIELD__CARVE(t, float, (slots * chains > 3 ? slots * chains : 3) * c);
-    SFIELD__CARVE(start, float, 2 * c);
+    SFIELD__CARVE(start, float, chains * c);
     /* coefficients of a row: a multiple of 8 */
     SFIELD__CARVE(rows, float, 3 * (c + 7 * SFIELD__LANES) + 8);
     SFIELD__CARVE(planes, float, c + 7 * SFIELD__LANES);
@@ -75,6 +75,15 @@ static uint64_t sfield__carve_tile(sfield__tile *t, uint8_t *memory, uint32_t oc
     return at;
 }
 
+#ifndef SFIELD_WITHOUT_GLOSS
+/* Returns how many T a point of a set has: one for rgb, with gloss a second for the lobe, or two more for the
+   metal-rough BRDF. */
+static int sfield__count_chains(const sfield_points *set)
+{
+    return !set->gloss ? 1 : set->materials ? 3 : set->exponents ? 2 : 1;
+}
+#endif
+
 static void sfield__load_lanes(sfield__tile *t)
 {
     const sfield_points *set = t->set;
@@ -92,7 +101,7 @@ static void sfield__load_lanes(sfield__tile *t)
                                 turn[1] * n.x + turn[4] * n.y + turn[7] * n.z,
                                 turn[2] * n.x + turn[5] * n.y + turn[8] * n.z);
         }
-        if (set->to_eye && set->gloss && set->exponents)
+        if (t->chains > 1)
             v = sfield__v3_load(sfield__row(set->to_eye, set->to_eye_stride, i));
         if (l < t->lanes && sfield__finite(sfield__v3_dot(p, p)) && sfield__v3_dot(n, n) < 1.1f &&
             sfield__v3_dot(v, v) < 1.1f && sfield__v3_dot(n, n) > 0.9f && sfield__v3_dot(v, v) > 0.9f) {

@@ -1,0 +1,556 @@
+/* gloss_test - BRDFs in scenes of shadowfield.h: glTF's metal-rough BRDF beside closed forms, beside numerical
+   integration of the same light, its reciprocity, turned scenes, beside a path tracer; what is refused. */
+#define SHADOWFIELD_IMPLEMENTATION
+#include "shadowfield.h"
+#include "util.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <cmocka.h>
+#include "conformance.h"
+
+static const sfield_entity upright = { NULL, NULL, { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 }, { 1, 1, 1 }, 0 };
+static const float white[3] = { 1, 1, 1 };
+
+static sfield_scene *scene_of(uint32_t bands)
+{
+    sfield_scene_desc d;
+    sfield_scene *s = NULL;
+    memset(&d, 0, sizeof d);
+    d.bands = bands;
+    assert_int_equal(sfield_scene_create(&d, &s), SFIELD_OK);
+    assert_int_equal(sfield_scene_entities(s, NULL, 0), SFIELD_OK);
+    return s;
+}
+
+/* A sky of random texels. */
+static void random_sky(sfield_scene *s, uint64_t seed)
+{
+    float map[3 * 16 * 8];
+    for (int i = 0; i < 3 * 16 * 8; i++) map[i] = rnd_in(&seed, 0, 2);
+    assert_int_equal(sfield_scene_environment(s, map, 16, 8, NULL), SFIELD_OK);
+}
+
+typedef struct eye { float p[3], n[3], v[3], material[5]; } eye;    /* a point, and who looks at it */
+
+static void shade_eyes(sfield_scene *s, const eye *e, size_t count, float *rgb, float *gloss)
+{
+    sfield_points set;
+    memset(&set, 0, sizeof set);
+    set.count = count;
+    set.positions = e->p;
+    set.normals = e->n;
+    set.to_eye = e->v;
+    set.materials = e->material;
+    set.position_stride = set.normal_stride = set.to_eye_stride = set.material_stride = sizeof *e;
+    set.rgb = rgb;
+    set.gloss = gloss;
+    assert_int_equal(sfield_shade(s, &set, 1, NULL), SFIELD_OK);
+}
+
+/* An eye in the plane of x and y, at a cosine to the normal +y. */
+static eye eye_at(double cosine, float base, float metallic, float roughness)
+{
+    eye e = { { 0, 0, 0 }, { 0, 1, 0 }, { 0, 0, 0 }, { 0, 0, 0, 0, 0 } };
+    e.v[0] = (float)sqrt(1 - cosine * cosine);
+    e.v[1] = (float)cosine;
+    for (int k = 0; k < 3; k++) e.material[k] = base;
+    e.material[3] = metallic;
+    e.material[4] = roughness;
+    return e;
+}
+
+static double dot3(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+/* Three axes, of which the last is n. */
+static void axes_of(const double *n, double axes[3][3])
+{
+    const int least = fabs(n[0]) < 0.6 ? 0 : 1;
+    double length;
+    for (int k = 0; k < 3; k++) axes[0][k] = (k == least) - n[k] * n[least];
+    length = sqrt(dot3(axes[0], axes[0]));
+    for (int k = 0; k < 3; k++) {
+        axes[0][k] /= length;
+        axes[2][k] = n[k];
+    }
+    for (int k = 0; k < 3; k++)
+        axes[1][k] = n[(k + 1) % 3] * axes[0][(k + 2) % 3] - n[(k + 2) % 3] * axes[0][(k + 1) % 3];
+}
+
+/* The BRDF as appendix B of glTF 2.0 writes it, in one channel: what is diffuse (of base 1, no metal) and what is
+   specular, for unit directions l and v in the frame of the normal z. Written apart from the library's: V is Smith's
+   with correlated heights. */
+static void brdf_of(const double *l, const double *v, double f0, double alpha, double *diffuse, double *specular)
+{
+    double h[3], length, d, f, a2 = alpha * alpha, nh;
+    for (int k = 0; k < 3; k++) h[k] = l[k] + v[k];
+    length = sqrt(dot3(h, h));
+    for (int k = 0; k < 3; k++) h[k] /= length;
+    nh = h[2];
+    f = f0 + (1 - f0) * pow(1 - fabs(dot3(v, h)), 5);
+    d = a2 / (PI * pow(nh * nh * (a2 - 1) + 1, 2));
+    *diffuse = (1 - f) / PI;
+    *specular = f * d * 0.5 / (l[2] * sqrt(a2 + (1 - a2) * v[2] * v[2]) + v[2] * sqrt(a2 + (1 - a2) * l[2] * l[2]));
+}
+
+/* Unit spheres about these centres hide some directions: as they are, or as so many bands see each. */
+typedef struct spheres { int count; double center[3][3]; uint32_t bands; } spheres;
+
+/* What the bands see of a cap round cosine 1, from cosine x on, at cosine c: half the sum of
+   (P(l - 1, x) - P(l + 1, x)) P(l, c). */
+static double cap_of(uint32_t bands, double x, double c)
+{
+    double at_x[3] = { 1, 1, x }, at_c[3] = { 0, 1, c }, sum = 0;      /* of l - 1, l, l + 1 */
+    for (uint32_t l = 0; l < bands; l++) {
+        sum += 0.5 * (at_x[0] - at_x[2]) * at_c[1];
+        for (int k = 0; k < 2; k++) {
+            double *p = k ? at_c : at_x;
+            p[0] = p[1];
+            p[1] = p[2];
+            p[2] = ((2 * l + 3) * (k ? c : x) * p[1] - (l + 1) * p[0]) / (l + 2);
+        }
+    }
+    return sum;
+}
+
+/* The share of light that comes through from a direction. */
+static double open_share(const spheres *s, const float *p, const double *direction)
+{
+    double open = 1;
+    for (int i = 0; s && i < s->count; i++) {
+        double c[3], d2, along, rim;
+        for (int k = 0; k < 3; k++) c[k] = s->center[i][k] - (double)p[k];
+        d2 = dot3(c, c);
+        along = dot3(c, direction) / sqrt(d2);
+        rim = sqrt(1 - 1 / d2);
+        open *= s->bands ? 1 - cap_of(s->bands, rim, along) : along < rim;
+    }
+    return open;
+}
+
+/* The integral over the hemisphere of a light of some bands (NULL: 1) times BRDF and cosine, of one channel: what is
+   diffuse by an even grid, what is specular by half vectors that are drawn with D. */
+static void integrate(const eye *e, int channel, uint32_t bands, const float *light, const spheres *others, int steps,
+                      double *diffuse, double *specular)
+{
+    const double n[3] = { (double)e->n[0], (double)e->n[1], (double)e->n[2] };
+    const double rough = (double)e->material[4], alpha = fmax(rough * rough, 0.002);
+    const double f0 = 0.04 + (double)e->material[3] * ((double)e->material[channel] - 0.04);
+    const double to_eye[3] = { (double)e->v[0], (double)e->v[1], (double)e->v[2] };
+    double axes[3][3], v[3], sum[2] = { 0, 0 };
+    axes_of(n, axes);
+    for (int k = 0; k < 3; k++) v[k] = dot3(axes[k], to_eye);
+    for (int part = 0; part < 2; part++)
+        for (int i = 0; i < steps; i++)
+            for (int j = 0; j < 2 * steps; j++) {
+                const double u = (i + 0.5) / steps, phi = PI * (j + 0.5) / steps;
+                double l[3], world[3], weight, value[2], y[64], L = 0;
+                if (part == 0) {                    /* a density of cos / pi */
+                    l[2] = sqrt(u);
+                    l[0] = sqrt(1 - u) * cos(phi);
+                    l[1] = sqrt(1 - u) * sin(phi);
+                    weight = PI;
+                } else {                            /* of D cos(h) / (4 v . h) */
+                    const double c = sqrt((1 - u) / (1 + (alpha * alpha - 1) * u)), s = sqrt(1 - c * c);
+                    const double h[3] = { s * cos(phi), s * sin(phi), c }, vh = dot3(v, h);
+                    for (int k = 0; k < 3; k++) l[k] = 2 * vh * h[k] - v[k];
+                    if (!(l[2] > 0) || !(vh > 0)) continue;
+                    weight = 4 * vh * l[2] / c * PI * pow(c * c * (alpha * alpha - 1) + 1, 2) / (alpha * alpha);
+                }
+                brdf_of(l, v, f0, alpha, &value[0], &value[1]);
+                for (int k = 0; k < 3; k++) world[k] = l[0] * axes[0][k] + l[1] * axes[1][k] + l[2] * axes[2][k];
+                weight *= open_share(others, e->p, world);
+                if (light) sfield_sh_basis(bands, world, y);
+                for (uint32_t k = 0; light && k < bands * bands; k++)
+                    L += (double)light[(uint32_t)channel * bands * bands + k] * y[k];
+                sum[part] += value[part] * weight * (light ? L : 1);
+            }
+    *diffuse = sum[0] / (2.0 * steps * steps);
+    *specular = sum[1] / (2.0 * steps * steps);
+}
+
+/* Under a sky of 1: roughness 1 has D = 1 / pi and, without Fresnel, the BRDF 1 / (2 pi (n . l + n . v)), whose albedo
+   is 1 - v ln((1 + v) / v). A mirror has F. What is diffuse, along the normal, has a polynomial. */
+static void albedos_are_closed_forms(void **state)
+{
+    const double cosines[4] = { 1, 0.7, 0.4, 0.15 };
+    sfield_scene *s = scene_of(0);
+    double worst[3] = { 0, 0, 0 };
+    float rgb[3], gloss[3];
+    eye e;
+    (void)state;
+    assert_int_equal(sfield_scene_environment(s, white, 1, 1, NULL), SFIELD_OK);
+    for (int i = 0; i < 4; i++) {
+        const double v = cosines[i], f = pow(1 - v, 5);
+        e = eye_at(v, 1, 1, 1);
+        shade_eyes(s, &e, 1, rgb, gloss);
+        worst[0] = fmax(worst[0], fabs((double)gloss[0] - (1 - v * log((1 + v) / v))));
+        e = eye_at(v, 0.5f, 0, 0);
+        shade_eyes(s, &e, 1, rgb, gloss);
+        worst[1] = fmax(worst[1], fabs((double)gloss[0] - (0.04 + 0.96 * f)));
+        assert_true(rgb[0] > 0.9f && rgb[0] < 1);
+    }
+    e = eye_at(1, 1, 0, 1);
+    shade_eyes(s, &e, 1, rgb, gloss);
+    /* 0.96 (1 - 8 times the integral of (2 x^3 - x) (1 - x)^5 from sqrt(1/2) to 1) */
+    {
+        const double a = 1 - sqrt(0.5);     /* in y = 1 - x: (2 (1 - y)^3 - (1 - y)) y^5 */
+        const double lost = pow(a, 6) / 6 - 5 * pow(a, 7) / 7 + 6 * pow(a, 8) / 8 - 2 * pow(a, 9) / 9;
+        worst[2] = fabs((double)rgb[0] - 0.96 * (1 - 8 * lost));
+    }
+    CONFORM_MAX("gloss", "albedo of metal of roughness 1 beside 1 - v ln((1 + v) / v)", 2e-3, worst[0]);
+    CONFORM_MAX("gloss", "a dielectric mirror beside Schlick's F", 5e-3, worst[1]);
+    CONFORM_MAX("gloss", "what is diffuse along the normal", 1e-4, worst[2]);
+    sfield_scene_free(s);
+}
+
+/* A random eye above a random normal. */
+static eye random_eye(uint64_t *seed)
+{
+    double n[3], v[3], d;
+    eye e;
+    memset(&e, 0, sizeof e);
+    rnd_direction(seed, n);
+    do {
+        rnd_direction(seed, v);
+        d = dot3(n, v);
+    } while (!(d > 0.05));
+    for (int k = 0; k < 3; k++) {
+        e.n[k] = (float)n[k];
+        e.v[k] = (float)v[k];
+        e.material[k] = rnd_in(seed, 0, 1);
+    }
+    e.material[3] = rnd(seed) < 0.5 ? 0 : rnd_in(seed, 0, 1);
+    e.material[4] = rnd_in(seed, 0, 1);
+    return e;
+}
+
+/* Relative errors of rgb and gloss, a channel of each eye, beside integrals: roots of mean squares. */
+static void compare(sfield_scene *s, const eye *e, size_t count, uint32_t bands, const spheres *others, int steps,
+                    double off[2])
+{
+    float sky[3 * 64], rgb[3 * 96], gloss[3 * 96];
+    double sum[2][2] = { { 0, 0 }, { 0, 0 } };
+    assert_true(count <= 96);
+    assert_int_equal(sfield_scene_sky(s, sky), SFIELD_OK);
+    shade_eyes(s, e, count, rgb, gloss);
+    for (size_t i = 0; i < count; i++) {
+        const int c = (int)(i % 3);
+        double exact[2];
+        integrate(&e[i], c, bands, sky, others, steps, &exact[0], &exact[1]);
+        for (int k = 0; k < 2; k++) {
+            const double d = (double)(k ? gloss : rgb)[3 * i + (size_t)c] - exact[k];
+            sum[k][0] += d * d;
+            sum[k][1] += exact[k] * exact[k];
+        }
+    }
+    for (int k = 0; k < 2; k++) off[k] = sqrt(sum[k][0] / sum[k][1]);
+}
+
+/* Any normal, view and material under a sky of random texels, as the bands see it, beside numerical integration. */
+static void known_lights_are_integrated(void **state)
+{
+    static const uint32_t bands[3] = { 2, 4, 8 };
+    static const char *const names[3] = { "of 2 bands", "of 4 bands", "of 8 bands" };
+    uint64_t seed = 5;
+    (void)state;
+    for (int b = 0; b < 3; b++) {
+        sfield_scene *s = scene_of(bands[b]);
+        char what[2][80];
+        double off[2];
+        eye e[48];
+        random_sky(s, 7);
+        for (int i = 0; i < 48; i++) e[i] = random_eye(&seed);
+        compare(s, e, b == 2 ? 16 : 48, bands[b], NULL, b == 2 ? 64 : 128, off);
+        snprintf(what[0], sizeof what[0], "metal-rough, what is diffuse, beside integrals %s", names[b]);
+        snprintf(what[1], sizeof what[1], "metal-rough, what is specular, beside integrals %s", names[b]);
+        CONFORM_MAX("gloss", what[0], 0.001, off[0]);
+        CONFORM_MAX("gloss", what[1], 0.01, off[1]);
+        sfield_scene_free(s);
+    }
+}
+
+/* Two spheres before a sky: a path tracer's rays, whose light the bands limit and whose BRDF they do not, beside the
+   products. Where the lobe is narrower than the bands see, so are shadows in it: rays through what they see of
+   spheres. */
+static void spheres_hide_as_for_a_path_tracer(void **state)
+{
+    static const float rough[4] = { 1, 0.7f, 0.5f, 0.3f };
+    spheres others = { 2, { { 0, 1.2, 0 }, { 2.5, 1.6, 0.8 } }, 0 };
+    model m = model_sphere(32, 16, 1);
+    sfield_mesh mesh = mesh_of(&m);
+    sfield_scene *s = scene_of(4);
+    sfield_entity at[2];
+    sfield_field *f = NULL;
+    sfield_desc d;
+    uint64_t seed = 3;
+    (void)state;
+    memset(&d, 0, sizeof d);
+    d.shell_count = 12;
+    d.position_side = 6;
+    assert_int_equal(sfield_build(&d, &mesh, &f, NULL), SFIELD_OK);
+    for (int i = 0; i < 2; i++) {
+        at[i] = upright;
+        at[i].occlusion = f;
+        for (int k = 0; k < 3; k++) at[i].transform[12 + k] = (float)others.center[i][k];
+    }
+    assert_int_equal(sfield_scene_entities(s, at, 2), SFIELD_OK);
+    random_sky(s, 9);
+    for (int r = 0; r < 4; r++) {
+        double off[2], limited[2];
+        char what[3][100];
+        eye e[48];
+        for (int i = 0; i < 48; i++) {
+            e[i] = eye_at(0.15 + 0.8 * rnd(&seed), 0.8f, i % 2 ? 1.0f : 0.0f, rough[r]);
+            e[i].p[0] = rnd_in(&seed, -3, 4);
+            e[i].p[2] = rnd_in(&seed, -3, 3);
+        }
+        others.bands = 0;
+        compare(s, e, 48, 4, &others, 64, off);
+        others.bands = 4;
+        compare(s, e, 48, 4, &others, 64, limited);
+        snprintf(what[0], sizeof what[0], "roughness %.1f beside rays, what is diffuse", (double)rough[r]);
+        snprintf(what[1], sizeof what[1], "roughness %.1f beside rays, what is specular", (double)rough[r]);
+        snprintf(what[2], sizeof what[2], "roughness %.1f beside band-limited rays, what is specular",
+                 (double)rough[r]);
+        CONFORM_MAX("gloss", what[0], 0.05, off[0]);
+        if (r < 2) CONFORM_MAX("gloss", what[1], 0.05, off[1]);
+        else CONFORM_NOTE("gloss", what[1], off[1]);
+        CONFORM_MAX("gloss", what[2], 0.05, limited[1]);
+    }
+    sfield_scene_free(s);
+    sfield_free(f);
+    model_free(&m);
+}
+
+/* f(l, v) = f(v, l): what a sky of green sends to an eye that counts by red is what red sends to one that counts by
+   green, over all eyes by their cosine. */
+static void the_brdf_is_reciprocal(void **state)
+{
+    enum { SIDE = 48 };
+    static eye e[SIDE * SIDE];
+    static float rgb[3 * SIDE * SIDE], gloss[3 * SIDE * SIDE];
+    static const float rough[3] = { 0.15f, 0.5f, 0.9f };
+    sfield_scene *s = scene_of(0);
+    float map[3 * 8 * 4] = { 0 }, sky[48];
+    double worst = 0;
+    (void)state;
+    map[3 * 9] = 10;                /* red from one side, green from another and lower */
+    map[3 * 14 + 1] = 10;
+    map[3 * 21 + 1] = 10;
+    assert_int_equal(sfield_scene_environment(s, map, 8, 4, NULL), SFIELD_OK);
+    assert_int_equal(sfield_scene_sky(s, sky), SFIELD_OK);
+    for (int r = 0; r < 3; r++) {
+        double sum[2][2] = { { 0, 0 }, { 0, 0 } };
+        for (int i = 0; i < SIDE * SIDE; i++) {
+            const double c = sqrt((i / SIDE + 0.5) / SIDE), phi = 2 * PI * (i % SIDE + 0.5) / SIDE;
+            e[i] = eye_at(c, 1, 0, rough[r]);
+            e[i].v[0] = (float)(sqrt(1 - c * c) * cos(phi));
+            e[i].v[2] = (float)(sqrt(1 - c * c) * sin(phi));
+        }
+        shade_eyes(s, e, SIDE * SIDE, rgb, gloss);
+        for (int i = 0; i < SIDE * SIDE; i++) {
+            const double v[3] = { (double)e[i].v[0], (double)e[i].v[1], (double)e[i].v[2] };
+            for (int k = 0; k < 2; k++) {
+                sum[0][k] += sh_value(4, sky + 16 * k, v) * (double)rgb[3 * i + 1 - k];
+                sum[1][k] += sh_value(4, sky + 16 * k, v) * (double)gloss[3 * i + 1 - k];
+            }
+        }
+        for (int q = 0; q < 2; q++)
+            worst = fmax(worst, fabs(sum[q][0] - sum[q][1]) / fmax(fabs(sum[q][0]), fabs(sum[q][1])));
+    }
+    CONFORM_MAX("gloss", "metal-rough: light and eye change places, relative", 0.01, worst);
+    sfield_scene_free(s);
+}
+
+/* A self-visibility of nothing hidden is the cosine: a product with it is what the kernel with its cosine is. */
+static void self_visibility_brings_the_cosine(void **state)
+{
+    enum { COUNT = 32 };
+    static const float corners[] = { 0, -9, 0, 1, -9, 0, 0, -9, 1 };
+    static const uint32_t triangle[] = { 0, 1, 2 };
+    float rgb[2][3 * COUNT], gloss[2][3 * COUNT];
+    double sum[2] = { 0, 0 }, off[2] = { 0, 0 };
+    sfield_scene *s = scene_of(0);
+    sfield_mesh mesh;
+    sfield_points set;
+    sfield_field *self = NULL;
+    uint64_t seed = 8;
+    eye e[COUNT];
+    (void)state;
+    memset(&mesh, 0, sizeof mesh);
+    mesh.positions = corners;
+    mesh.vertex_count = 3;
+    mesh.indices = triangle;
+    mesh.index_count = 3;
+    random_sky(s, 4);
+    for (int i = 0; i < COUNT; i++) {
+        e[i] = eye_at(0.1 + 0.8 * rnd(&seed), 0.7f, i % 2 ? 1.0f : 0.0f, rnd_in(&seed, 0.3, 1));
+        e[i].p[0] = (float)i;
+    }
+    memset(&set, 0, sizeof set);
+    set.count = COUNT;
+    set.positions = e->p;
+    set.normals = e->n;
+    set.to_eye = e->v;
+    set.materials = e->material;
+    set.position_stride = set.normal_stride = set.to_eye_stride = set.material_stride = sizeof *e;
+    assert_int_equal(sfield_build_self(NULL, &mesh, &set, 0.01f, &self, NULL), SFIELD_OK);
+    for (int k = 0; k < 2; k++) {
+        set.self = k ? self : NULL;
+        set.rgb = rgb[k];
+        set.gloss = gloss[k];
+        assert_int_equal(sfield_shade(s, &set, 1, NULL), SFIELD_OK);
+    }
+    for (int i = 0; i < 3 * COUNT; i++)
+        for (int k = 0; k < 2; k++) {
+            const double a = (double)(k ? gloss : rgb)[0][i], b = (double)(k ? gloss : rgb)[1][i];
+            sum[k] += a * a;
+            off[k] += (a - b) * (a - b);
+        }
+    CONFORM_MAX("gloss", "metal-rough, diffuse: self-visibility of nothing hidden", 0.02, sqrt(off[0] / sum[0]));
+    CONFORM_MAX("gloss", "metal-rough, specular: self-visibility of nothing hidden", 0.08, sqrt(off[1] / sum[1]));
+    sfield_free(self);
+    sfield_scene_free(s);
+}
+
+/* From the last task to the first: what is computed does not depend on it. */
+static void backwards(void *user, size_t count, sfield_task task, void *context)
+{
+    (void)user;
+    while (count-- > 0) task(context, count);
+}
+
+static void materials_do_not_depend_on_threads(void **state)
+{
+    enum { COUNT = 96 };
+    float rgb[2][3 * COUNT], gloss[2][3 * COUNT];
+    uint64_t seed = 2;
+    eye e[COUNT];
+    (void)state;
+    for (int i = 0; i < COUNT; i++) e[i] = random_eye(&seed);
+    for (int k = 0; k < 2; k++) {
+        sfield_scene_desc d;
+        sfield_scene *s = NULL;
+        memset(&d, 0, sizeof d);
+        d.system.parallel_for = k ? backwards : NULL;
+        assert_int_equal(sfield_scene_create(&d, &s), SFIELD_OK);
+        random_sky(s, 6);
+        shade_eyes(s, e, COUNT, rgb[k], gloss[k]);
+        sfield_scene_free(s);
+    }
+    assert_memory_equal(rgb[0], rgb[1], sizeof rgb[0]);
+    assert_memory_equal(gloss[0], gloss[1], sizeof gloss[0]);
+}
+
+typedef struct notes { char line[200]; int count; } notes;
+
+static void note(void *user, const char *message)
+{
+    notes *n = (notes *)user;
+    snprintf(n->line, sizeof n->line, "%s", message);
+    n->count++;
+}
+
+static void bad_materials_are_refused(void **state)
+{
+    static const struct { sfield_result result; const char *line; } bad[] = {
+        { SFIELD_ERR_ARGUMENT, "points->exponents is there beside materials" },
+        { SFIELD_ERR_ARGUMENT, "points->to_eye is NULL, but gloss and materials are there" },
+        { SFIELD_ERR_ARGUMENT, "points->ambient is there beside gloss and materials, which have none" },
+        { SFIELD_ERR_ARGUMENT, "points->material_stride is 16; it must be 0, or a multiple of 4 of at least 20" },
+        { SFIELD_ERR_INPUT, "points->materials[1] has the base colour 1.5; it must be 0..1" },
+        { SFIELD_ERR_INPUT, "points->materials[1] has the metallic -0.5; it must be 0..1" },
+        { SFIELD_ERR_INPUT, "points->materials[1] has the roughness 2; it must be 0..1" },
+        { SFIELD_ERR_INPUT, "points->to_eye[0] has the length 2; it must be 1 (0.97..1.03), or 0" },
+    };
+    sfield_scene_desc d;
+    sfield_scene *s = NULL;
+    notes n = { "", 0 };
+    float out[6], ambient[2];
+    (void)state;
+    memset(&d, 0, sizeof d);
+    d.system.log = note;
+    d.system.user = &n;
+    assert_int_equal(sfield_scene_create(&d, &s), SFIELD_OK);
+    for (int i = -1; i < 8; i++) {
+        char line[200];
+        eye e[2] = { eye_at(0.5, 1, 0, 0.5f), eye_at(0.5, 1, 0, 0.5f) };
+        sfield_points set;
+        memset(&set, 0, sizeof set);
+        set.count = 2;
+        set.positions = e->p;
+        set.normals = e->n;
+        set.to_eye = e->v;
+        set.materials = e->material;
+        set.position_stride = set.normal_stride = set.to_eye_stride = set.material_stride = sizeof *e;
+        set.gloss = out;
+        if (i == 0) set.exponents = out;
+        if (i == 1) set.to_eye = NULL;
+        if (i == 2) set.ambient = ambient;
+        if (i == 3) set.material_stride = 16;
+        if (i == 4) e[1].material[2] = 1.5f;
+        if (i == 5) e[1].material[3] = -0.5f;
+        if (i == 6) e[1].material[4] = 2;
+        if (i == 7) e[0].v[0] = 0, e[0].v[1] = 2;
+        assert_int_equal(sfield_shade(s, &set, 1, NULL), i < 0 ? SFIELD_OK : bad[i].result);
+        if (i < 0) continue;
+        snprintf(line, sizeof line, "sfield_shade: %s", bad[i].line);
+        assert_string_equal(n.line, line);
+        assert_int_equal(n.count, i + 1);
+        set.gloss = NULL;           /* what only gloss needs is not looked at without */
+        if (i > 3 && i < 7) assert_int_equal(sfield_shade(s, &set, 1, NULL), SFIELD_OK);
+    }
+    sfield_scene_free(s);
+}
+
+static void every_allocation_may_fail(void **state)
+{
+    const eye e = eye_at(0.5, 1, 0, 0.5f);
+    size_t fail;
+    int failed = 1;
+    (void)state;
+    for (fail = 1; failed; fail++) {
+        counting c = { 0, 0, 0, 0, 0 };
+        sfield_scene_desc d;
+        sfield_scene *s = NULL;
+        sfield_points set;
+        float out[3] = { 7, 7, 7 };
+        memset(&d, 0, sizeof d);
+        memset(&set, 0, sizeof set);
+        d.system.allocator = counting_allocator(&c);
+        assert_int_equal(sfield_scene_create(&d, &s), SFIELD_OK);
+        set.count = 1;
+        set.positions = e.p;
+        set.normals = e.n;
+        set.to_eye = e.v;
+        set.materials = e.material;
+        set.gloss = out;
+        c.calls = 0;
+        c.fail_at = fail;
+        failed = sfield_shade(s, &set, 1, NULL) != SFIELD_OK;
+        assert_true(!failed || (out[0] >= 7 && out[0] <= 7));
+        c.fail_at = 0;
+        assert_int_equal(sfield_shade(s, &set, 1, NULL), SFIELD_OK);
+        assert_true(fabsf(out[0]) < 1);
+        sfield_scene_free(s);
+        assert_int_equal(c.now, 0);
+    }
+    assert_int_equal(fail - 1, 3);      /* the table and the scratch, then neither fails */
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(albedos_are_closed_forms),
+        cmocka_unit_test(known_lights_are_integrated),
+        cmocka_unit_test(spheres_hide_as_for_a_path_tracer),
+        cmocka_unit_test(the_brdf_is_reciprocal),
+        cmocka_unit_test(self_visibility_brings_the_cosine),
+        cmocka_unit_test(materials_do_not_depend_on_threads),
+        cmocka_unit_test(bad_materials_are_refused),
+        cmocka_unit_test(every_allocation_may_fail),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
