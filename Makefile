@@ -142,7 +142,7 @@ FUZZERS  := $(patsubst tests/%.c,build/fuzz/%,$(wildcard tests/*/fuzz_*.c))
 .SECONDARY:
 
 all: programs
-programs: $(PROGRAMS) $(EXAMPLES)
+programs: $(PROGRAMS) $(EXAMPLES) $(BUILD)/walker.glb
 tests: $(TESTS) $(REPLAYS)
 
 # ---- programs ----
@@ -214,6 +214,11 @@ $(OBJ)/tests/%.o: tests/%.c build/config.mk
 $(TESTS): $(BUILD)/tests/%: $(OBJ)/tests/%.o $(COMMON)
 	@mkdir -p $(@D)
 	$(call say,LINK,$@)$(LINK) $^ $(TEST_LIBS) -o $@
+# A figure that walks, by a skin, a morph target and an animation.
+$(BUILD)/walker.glb: $(TOOLS)/assets/walker
+	@mkdir -p $(@D)
+	$(call say,WRITE,$@)$< > $@
+$(BUILD)/tests/programs/walker_test: | $(BUILD)/walker.glb $(BUILD)/render $(BUILD)/compare
 # They call parts of render from scenes that no command line makes.
 RENDER_TESTS = $(BUILD)/tests/programs/shadowfield_bones_test $(BUILD)/tests/programs/shadowfield_follow_test $(BUILD)/tests/programs/ground_rings_test
 $(RENDER_TESTS): $(filter-out %/main.o,$(call objects,examples/render))
