@@ -9199,7 +9199,8 @@ typedef struct cohsm__shelf { uint16_t *z; int filled; } cohsm__shelf;
 /* The views of a batch that are drawn together. */
 typedef struct cohsm__group { uint32_t view[COHSM__ABREAST], count; } cohsm__group;
 
-/* As many columns as a Hilbert curve's batch has; views beyond them are drawn alone. */
+/* A batch of a Hilbert curve is four columns of eight views or eight of four; views beyond the columns that
+   there is room for are drawn alone. */
 enum { COHSM__COLUMNS = (int)COHSM__BATCH / (int)COHSM__ABREAST };
 
 typedef struct cohsm__job {
@@ -9309,6 +9310,9 @@ static int cohsm__job_begin(cohsm__job *job, cohsm_builder *b, const cohsm__soup
     job->simd = cohsm__simd();
     if (!cohsm__draws_columns(b, soup)) return 1;
     job->columns = (cohsm__column *)cohsm__heap_alloc(&b->heap, COHSM__COLUMNS, sizeof *job->columns);
+    /* Kernels compute with whole vectors, also of entries that nothing was written to, and leave these out
+       later. */
+    if (job->columns) memset(job->columns, 0, COHSM__COLUMNS * sizeof *job->columns);
     return job->columns != NULL;
 }
 

@@ -1,12 +1,10 @@
 /* 10b_rsm_ism_gl_minimal.c - one bounce with its shadows, by complete passes: a spot shines on the wall of a room in
    which a plate swings. Per frame the spot's reflective shadow map is drawn, virtual point lights are chosen from it,
-   their shadow maps are drawn and the G-buffer is lit, all on the GPU: nothing is read back. ism.h scatters surfels
-   over the triangles on the CPU, an eighth of them a frame; gl_rsm.h adds the spot itself.
+   surfels are scattered over the triangles, an eighth of them a frame, shadow maps are drawn from these and the
+   G-buffer is lit, all on the GPU: nothing is read back. gl_rsm.h adds the spot itself.
 
    cc -O2 10b_rsm_ism_gl_minimal.c -lglfw -lm -o rsm_ism_gl_minimal && ./rsm_ism_gl_minimal        Escape ends it
    ./rsm_ism_gl_minimal picture.ppm                                            one picture, no visible window */
-#define ISM_IMPLEMENTATION
-#include "ism.h"
 #define GL_BACKEND_IMPLEMENTATION
 #define GL_PROGRAMS_IMPLEMENTATION
 #define GL_GBUFFER_IMPLEMENTATION
@@ -21,7 +19,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { WIDTH = 640, HEIGHT = 480, QUADS = 6, SIDE = 64, VPLS = 256, SURFELS = 2048, LAZY = 8, GRID = 8 };
+enum { WIDTH = 640, HEIGHT = 480, QUADS = 6, SIDE = 64, VPLS = 256, SURFELS = 2048, LAZY = 8 };
 
 /* ---- the room: parallelograms as corner, edge, edge, and their colours; the last one swings ---- */
 
@@ -34,10 +32,7 @@ static float quads[QUADS][12] = {
     { -0.4f, 0.6f, -0.3f, 0.7f, 0, 0, 0, 0, 0.7f, 0.9f, 0.8f, 0.4f }
 };
 
-/* Which way the cross product of a quad's edges goes: 1 into the room. */
-static const float inward[QUADS] = { -1, 1, 1, -1, 1, -1 };
-
-static float    corners[QUADS][4][3], view_points[QUADS][GRID * GRID][3], view_normals[QUADS][GRID * GRID][3];
+static float    corners[QUADS][4][3];
 static uint32_t triangles[QUADS][6];
 
 static void place_room(float time)
@@ -46,17 +41,9 @@ static void place_room(float time)
     quads[QUADS - 1][1] = 0.6f + 0.3f * sinf(time);
     for (q = 0; q < QUADS; q++) {
         const float *at = quads[q], *u = at + 3, *v = at + 6;
-        const float n[3] = { u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0] };
-        const float size = sqrtf(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
         for (k = 0; k < 4; k++)
             for (c = 0; c < 3; c++) corners[q][k][c] = at[c] + (k & 1 ? u[c] : 0) + (k & 2 ? v[c] : 0);
         for (k = 0; k < 6; k++) triangles[q][k] = (uint32_t)(4 * q + (k < 3 ? k : 6 - k));
-        for (k = 0; k < GRID * GRID; k++)           /* points by which surfels are spread: those near them count */
-            for (c = 0; c < 3; c++) {
-                const float x = ((float)(k % GRID) + 0.5f) / GRID, y = ((float)(k / GRID) + 0.5f) / GRID;
-                view_points[q][k][c] = at[c] + x * u[c] + y * v[c];
-                view_normals[q][k][c] = inward[q] * n[c] / size;
-            }
     }
 }
 
@@ -68,7 +55,7 @@ typedef struct app {
     glbk_ism_renderer ism;              /* of bounced light */
     glbk_ism_maps     maps;
     glbk_ism_choice   choice;           /* of their VPLs */
-    ism_maps         *scattered;        /* ism.h's side: surfels */
+    glbk_ism_spread   spread;           /* of their surfels */
     glbk_buffer       vertices;
     uint32_t          vertex_array;
     glbk_texture      light_texture, picture_texture;
@@ -94,31 +81,13 @@ static void draw_room(void *user, glbk_context *gl, glbk_rsm_renderer *r)
 
 /* ---- from the spot's map to VPLs with their maps ---- */
 
-/* VPLs lie where the spot's map has flux; of ism.h's own there are none, since its frame has no sources. */
-static int choose(app *a, const ism_mesh *mesh)
-{
-    ism_points view = { 0 };
-    ism_frame frame = { mesh, NULL, 0, &view, a->index };
-    view.count = QUADS * GRID * GRID;
-    view.positions = view_points[0][0];
-    view.normals = view_normals[0][0];
-    return glbk_rsm_map_draw(&a->gl, &a->rsm, &a->map, draw_room, a) == GLBK_OK &&
-           glbk_ism_choose(&a->gl, &a->choice, &a->maps, &a->map.texels, &a->seen, a->index) == GLBK_OK &&
-           ism_choose(a->scattered, &frame) == ISM_OK && ism_scatter(a->scattered, &frame) == ISM_OK;
-}
-
+/* VPLs lie where the spot's map has flux, surfels where the camera or a VPL sees something. */
 static int draw_maps(app *a)
 {
-    static ism_surfel surfels[VPLS * (SURFELS / LAZY)];
-    size_t n;
-    uint32_t phase;
-    for (phase = 0; phase < LAZY; phase++) {        /* all at first, then one a frame */
-        if (a->index && phase != a->index % LAZY) continue;
-        if (ism_phase_surfels(a->scattered, phase, surfels, VPLS * (SURFELS / LAZY), &n) != ISM_OK ||
-            glbk_ism_surfels_upload(&a->gl, &a->maps, phase, surfels, n) != GLBK_OK)
-            return 0;
-    }
-    return glbk_ism_draw(&a->gl, &a->maps, 0) == GLBK_OK;
+    return glbk_rsm_map_draw(&a->gl, &a->rsm, &a->map, draw_room, a) == GLBK_OK &&
+           glbk_ism_choose(&a->gl, &a->choice, &a->maps, &a->map.texels, &a->seen, a->index) == GLBK_OK &&
+           glbk_ism_scatter(&a->gl, &a->spread, &a->maps, &a->seen, a->index) == GLBK_OK &&
+           glbk_ism_draw(&a->gl, &a->maps, 0) == GLBK_OK;
 }
 
 /* ---- a frame ---- */
@@ -139,7 +108,7 @@ static int frame(app *a, float time)
         glbk_gbuffer_begin(gl, &a->seen, view, eye) != GLBK_OK)
         return 0;
     draw_room(a, gl, NULL);
-    if (!choose(a, &mesh) || !draw_maps(a)) return 0;
+    if (!draw_maps(a)) return 0;
     shading.interleave = 4;                            /* 4 x 4 pixels share the VPLs; a blur mends that */
     pass.target = &a->light;
     if (glbk_rsm_direct(gl, &a->rsm, &a->seen, &lit, 1, NULL) != GLBK_OK ||
@@ -233,7 +202,8 @@ static int make_light(app *a)
     size.width = WIDTH;
     size.height = HEIGHT;
     size.attributes = where;
-    return ism_create(&sizes, &a->scattered) == ISM_OK && glbk_ism_maps_create(&a->gl, &sizes, &a->maps) == GLBK_OK &&
+    return glbk_ism_maps_create(&a->gl, &sizes, &a->maps) == GLBK_OK &&
+           glbk_ism_spread_create(&a->gl, &a->maps, &a->spread) == GLBK_OK &&
            glbk_ism_choice_create(&a->gl, &a->maps, &map_size, &a->choice) == GLBK_OK &&
            glbk_ism_renderer_create(&a->gl, &ism_size, &a->ism) == GLBK_OK &&
            glbk_rsm_renderer_create(&a->gl, &size, &a->rsm) == GLBK_OK &&
@@ -266,6 +236,7 @@ static int make_all(app *a)
 static void free_all(app *a)
 {
     glbk_ism_choice_free(&a->gl, &a->choice);
+    glbk_ism_spread_free(&a->gl, &a->spread);
     glbk_ism_maps_free(&a->gl, &a->maps);
     glbk_ism_renderer_free(&a->gl, &a->ism);
     glbk_rsm_map_free(&a->gl, &a->map);
@@ -278,7 +249,6 @@ static void free_all(app *a)
     glbk_program_free(&a->gl, &a->tone);
     glbk_buffer_free(&a->gl, &a->vertices);
     glbk_free(&a->gl);
-    ism_free(a->scattered);
 }
 
 static GLFWwindow *open_window(int visible)

@@ -12,8 +12,8 @@
    - It needs gl_backend.h beside it, which makes the context object, textures and targets, and whose
      conventions, errors and rules about GL's state hold here; gl_programs.h, which makes programs;
      and gl_gbuffer.h, whose G-buffer is lit.
-   - It scatters no surfels: ism.h does. VPLs are chosen by ism.h or, from maps on the GPU, by
-     glbk_ism_choose.
+   - Near points, windows of tiles and skies' VPLs come from ism.h. VPLs are chosen by ism.h or, from maps on
+     the GPU, by glbk_ism_choose; surfels are scattered by ism.h or by glbk_ism_scatter.
 
    Quick start
 
@@ -80,10 +80,11 @@
        glbk_ism_shade(gl, &renderer, &seen, &maps, NULL, 0);
        glbk_ism_resolve(gl, &renderer, &seen, &pass, NULL);
 
-   With a source in textures, such as glbk_rsm_map.texels, one call takes the place of the second and the
-   third, and nothing is read back:
+   With a source in textures, such as glbk_rsm_map.texels, two calls take the place of the first three and of
+   ism_choose and ism_scatter, nothing is read back, and the mesh may have been moved on the GPU:
 
        glbk_ism_choose(gl, &choice, &maps, &map.texels, &seen, index);
+       glbk_ism_scatter(gl, &spread, &maps, &seen, index);
 
    In shaders of your own
 
@@ -100,10 +101,10 @@
    How it works, and conventions
 
    ism.h chooses the VPLs (ism_choose), unless glbk_ism_choose does, and scatters surfels over the mesh
-   (ism_scatter). From these lists the maps are drawn here and the pixels of a G-buffer are lit: surfels are
-   drawn as discs with the depth test, pull and push fill the holes between them, and each pixel sums the
-   light of its VPLs with visibility,
-   interleaved with its neighbours and blurred afterwards. If ctx->compute is set, each of these steps is one
+   (ism_scatter), unless glbk_ism_scatter does. From these lists the maps are drawn here and the pixels of a
+   G-buffer are lit: surfels are drawn as discs with the depth test, pull and push fill the holes between
+   them, and each pixel sums the light of its VPLs with visibility, interleaved with its neighbours and
+   blurred afterwards. If ctx->compute is set, each of these steps is one
    dispatch in shared memory. A surfel is a triangle and barycentric coordinates in it, so geometry that moves
    needs nothing but new positions.
 
@@ -127,7 +128,10 @@
      section 4.2  receivers near the texel       ism_effect         ism__to_pixel       T41
      section 4    flux over N and probability    glbk_ism_choose    ism__make_vpl       T41
      section 4.1  prefix sums, VPL i at i / N    ism_search         ism__draw_vpl       T15 T16
+     section 5.1  solid angle from one receiver  ism_solid_angle    ism__seen_by_view   T48
+     section 5.2  solid angle from eight         ism_solid_angle    ism__seen_by_view   T48
      section 5.3  phases of surfels              glbk_ism_draw      ism_phase_surfels   T57
+     section 5    surfels on triangles           ism_point          ism__points_of      T48
      section 6.1  maps of equal flux, of lobes   ism_map_direction  ism_map_direction   T46 T47
      section 6.2  subsets of VPLs                ism_light          ism__shade_pixel    -
      section 6.2  blur along surfaces            ism_smooth         ism__smooth_pixel   -
@@ -261,8 +265,9 @@ GLBK_DEF glbk_result glbk_ism_near_points_upload(glbk_context *ctx, glbk_ism_map
 GLBK_DEF glbk_result glbk_ism_mesh_move(glbk_context *ctx, glbk_ism_maps *maps, const float *positions,
                                         size_t stride);
 /* Sets new places of the same vertices. You may instead render them into the layers of maps->positions, an
-   RGBA32F table (docs/gpu-layouts.md). ism.h scatters its surfels over the places that ism_scatter is given
-   in any case.
+   RGBA32F table (docs/gpu-layouts.md), or copy them there from a buffer that transform feedback or compute
+   has filled (glTexSubImage3D with GL_PIXEL_UNPACK_BUFFER): glbk_ism_scatter takes them from there. ism.h
+   scatters its surfels over the places that ism_scatter is given in any case.
    positions   x, y, z of each of maps->vertex_count vertices
    stride      bytes from one to the next, a multiple of 4, >= 12; 0 = 12
    Errors      GLBK_ERR_ARGUMENT: a pointer is NULL, maps were not created, or stride is another.
@@ -332,6 +337,7 @@ struct glbk_ism_maps {                  /* the maps of all VPLs; read only; zero
     uint32_t     triangle_count;
     uint64_t     phases;                /* a bit for each phase whose surfels were given */
     int          drawn;                 /* not 0: glbk_ism_draw has succeeded once */
+    int          masked;                /* not 0: the mesh has a mask, which only ism_scatter knows */
     float        sphere[4];             /* about the mesh: centre, radius */
     glbk_texture vpls;                  /* the table of VPLs and near points */
     glbk_texture surfels;               /* the table of surfels of all phases (compute path) */
@@ -449,6 +455,75 @@ GLBK_DEF void glbk_ism_choice_free(glbk_context *ctx, glbk_ism_choice *choice);
 /* Frees what glbk_ism_choice_create made, and zeroes the struct. NULL and a zeroed choice are allowed. */
 #endif
 
+/* ==== src/gl_ism/api_scatter.h ==== */
+
+#ifndef GLBK_ISM_WITHOUT_CHOICE
+/* ---- surfels scattered on the GPU: with glbk_ism_choose, nothing of a frame comes from the CPU ---- */
+
+typedef struct glbk_ism_sheet {         /* numbers that a pass draws and later ones read; zeroed = none */
+    glbk_texture texture;
+    glbk_target  target;                /* of texture */
+} glbk_ism_sheet;
+
+typedef struct glbk_ism_spread {        /* what glbk_ism_scatter needs; read only; zeroed = none */
+    uint32_t table;                     /* GL's name of the table of VPLs of the maps it was made for */
+    uint32_t width, height;             /* of the picture that it has room for; 0 = none yet */
+    uint32_t triangle_count;            /* of the mesh that it has room for; 0 = none yet */
+    uint32_t cluster_count;             /* clusters are successive triangles that are taken together */
+    uint32_t triangles_per_cluster;     /* of each cluster but the last */
+    uint32_t batch;                     /* VPLs whose shares are computed at a time */
+    glbk_ism_sheet seen;                /* 1 for each pixel that is a receiver; R32UI, bits of floats */
+    glbk_ism_sheet seen_sums[5];        /* running sums of these, in blocks of 32, of 32 blocks, ... */
+    glbk_ism_sheet receivers;           /* places of receivers, one after the other; RGBA32UI */
+    glbk_ism_sheet sizes;               /* of triangles: area and solid angle; RG32UI */
+    glbk_ism_sheet masses;              /* of clusters, the same; the target draws `clusters`, too */
+    glbk_texture   clusters;            /* where clusters lie and how they face, three layers of RGBA32UI */
+    glbk_ism_sheet totals[3];           /* sums of masses, in blocks of 32, of 32 blocks, of all */
+    glbk_ism_sheet effects;             /* of clusters on the maps of a batch of VPLs; R32UI */
+    glbk_ism_sheet effect_totals[3];    /* sums of effects */
+    glbk_ism_sheet shares;              /* of the surfels of VPLs that clusters have; R32UI */
+    glbk_ism_sheet share_sums[3];       /* running sums of shares */
+    glbk_ism_sheet counts;              /* surfels of each VPL; R32UI, whole numbers */
+    glbk_target    surfel_target;       /* of a layer of the maps' tables of surfels */
+    glbk_buffer    block;               /* the uniform block */
+    glbk_program   see, list, measure, gather, total, weigh, share, run, count, scatter;
+} glbk_ism_spread;
+
+GLBK_DEF glbk_result glbk_ism_spread_create(glbk_context *ctx, const glbk_ism_maps *maps,
+                                            glbk_ism_spread *out);
+/* Makes what scatters the surfels of maps, which must outlive it; glbk_ism_spread_free takes it back. What
+   depends on the mesh and on the picture is made by glbk_ism_scatter.
+   maps     whose desc says how surfels are scattered: surfel_count, spread, lazy_frames, area_share,
+            unstable, vary_surfels, window_rim and seed count
+   out      zeroed on errors
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or maps were not created. GLBK_ERR_DESC: maps->desc.spread
+            or area_share is out of range. Those of programs, textures and targets */
+
+GLBK_DEF glbk_result glbk_ism_scatter(glbk_context *ctx, glbk_ism_spread *spread, glbk_ism_maps *maps,
+                                      const glbk_gbuffer *seen, uint32_t index);
+/* Scatters the surfels of a frame as ism_scatter does for the same random numbers, by passes of fragments, in
+   place of glbk_ism_surfels_upload: the surfels of phase index % lazy_frames, and at first, or if the number
+   of triangles has changed, or with unstable or vary_surfels, those of all phases. Sums are of floats where
+   ism_scatter has doubles, so a surfel beside the step of a sum may lie on a neighbouring triangle. Nothing
+   is read back, and the CPU waits for nothing. Triangles and vertices are those that the maps have there.
+   maps     those of glbk_ism_spread_create, with a mesh that has no mask, whose holes the GPU does not know,
+            and with VPLs: glbk_ism_choose or glbk_ism_vpls_upload. Without triangles nothing is done
+   seen     what the camera sees: the receivers. May be NULL with ISM_SPREAD_AREA
+   index    number of the frame
+   Memory   on the GPU: 8 bytes for each triangle, 56 for each of at most 32,768 clusters, 24.3 for each
+            pixel, and 26 MB at most for the shares of a batch of VPLs
+   Cost     for each triangle 8 receivers, with ISM_SPREAD_VIEW_1 one; for each VPL, by ISM_SPREAD_PAIR, every
+            cluster; for each surfel 16 texels and half the triangles of a cluster
+   Errors   GLBK_ERR_ARGUMENT: a pointer that must be given is NULL, or an object was not created.
+            GLBK_ERR_MISMATCH: maps are not those that the spread was made for, or their mesh has a mask.
+            GLBK_ERR_LIMIT: the picture has more than 2^24 pixels, or there are so many of them, or of
+            triangles, that 1024 in a row are more rows than ctx->max_side. GLBK_ERR_ALLOC, GLBK_ERR_LOST */
+
+GLBK_DEF void glbk_ism_spread_free(glbk_context *ctx, glbk_ism_spread *spread);
+/* Frees what glbk_ism_spread_create and glbk_ism_scatter made, and zeroes the struct. NULL and a zeroed
+   spread are allowed. */
+#endif
+
 /* ==== src/gl_ism/bindings.h ==== */
 
 /* ---- what the GLSL declares; see "bindings" in gl_programs.h ---- */
@@ -483,7 +558,25 @@ GLBK_DEF void glbk_ism_choice_free(glbk_context *ctx, glbk_ism_choice *choice);
     X(usampler2D, glbk_ism_column_sums1, 6)                                                             \
     X(usampler2D, glbk_ism_column_sums2, 7)
 
-#define GLBK_ISM_TEXTURES(X) GLBK_ISM_TABLES(X) GLBK_ISM_PICTURES(X) GLBK_ISM_CHOICE_TEXTURES(X)
+/* Of programs that scatter surfels. */
+#define GLBK_ISM_SPREAD_TEXTURES(X)                                                                     \
+    X(usampler2D, glbk_ism_values, 1)           /* sequences that are summed up */                      \
+    X(usampler2DArray, glbk_ism_clusters, 1)    /* of triangles: place; squares of normals */           \
+    X(usampler2D, glbk_ism_shares, 1)           /* of the surfels of VPLs that clusters have */         \
+    X(usampler2D, glbk_ism_runs0, 4)            /* running sums in blocks of 32, */                     \
+    X(usampler2D, glbk_ism_runs1, 5)            /* of 32 blocks, and so on: of shares, */               \
+    X(usampler2D, glbk_ism_runs2, 6)            /* or of receivers, which have five levels */           \
+    X(usampler2D, glbk_ism_runs3, 7)                                                                    \
+    X(usampler2D, glbk_ism_effect_totals, 4)    /* sums of what VPLs see of clusters */                 \
+    X(usampler2D, glbk_ism_totals, 7)           /* area and solid angle of all triangles */             \
+    X(usampler2D, glbk_ism_runs4, 12)                                                                   \
+    X(usampler2D, glbk_ism_counts, 12)          /* surfels of each VPL */                               \
+    X(usampler2D, glbk_ism_receivers, 13)       /* places of receivers */                               \
+    X(usampler2D, glbk_ism_masses, 13)          /* of clusters: area and solid angle */                 \
+    X(usampler2D, glbk_ism_sizes, 14)           /* of triangles: area and solid angle */
+
+#define GLBK_ISM_TEXTURES(X)                                                                            \
+    GLBK_ISM_TABLES(X) GLBK_ISM_PICTURES(X) GLBK_ISM_CHOICE_TEXTURES(X) GLBK_ISM_SPREAD_TEXTURES(X)
 
 #define GLBK_ISM_COUNT_MEMBERS(X)                                                                       \
     X(uint, vpl_count, 1)           /* VPLs in use */                                                   \
@@ -541,10 +634,37 @@ GLBK_DEF void glbk_ism_choice_free(glbk_context *ctx, glbk_ism_choice *choice);
     X(float, flux_factor, 1)        /* what makes ism_desc.flux_share of a factor of fluxes */          \
     X(uint, unused0, 1)
 
+#define GLBK_ISM_SCATTERING_MEMBERS(X)                                                                  \
+    X(uint, triangle_count, 1)      /* of the mesh */                                                   \
+    X(uint, cluster_count, 1)       /* clusters of triangles */                                         \
+    X(uint, cluster_size, 1)        /* triangles of a cluster */                                        \
+    X(uint, first_vpl, 1)           /* of the batch */                                                  \
+    X(uint, batch, 1)               /* VPLs that are worked on */                                       \
+    X(uint, vpl_capacity, 1)        /* VPLs that there is room for */                                   \
+    X(uint, view_width, 1)          /* of the picture, in pixels */                                     \
+    X(uint, view_height, 1)         /* of the picture, in pixels */                                     \
+    X(uint, views, 1)               /* receivers of a triangle; 0 = by area */                          \
+    X(uint, pair, 1)                /* not 0: what a VPL sees of a cluster counts */                    \
+    X(uint, seed, 1)                /* of receivers */                                                  \
+    X(uint, key, 1)                 /* of surfels */                                                    \
+    X(uint, surfel_count, 1)        /* of each VPL, in all phases */                                    \
+    X(uint, phase_surfel_count, 1)  /* of each VPL in one phase */                                      \
+    X(uint, lazy_frames, 1)         /* phases */                                                        \
+    X(uint, phase, 1)               /* that is drawn */                                                 \
+    X(uint, first_texel, 1)         /* number of the layer's first texel among a phase's surfels */     \
+    X(uint, value_count, 1)         /* of a sequence that is summed up */                               \
+    X(uint, pace, 1)                /* values from one that counts to the next */                       \
+    X(uint, vary_surfels, 1)        /* not 0: dark VPLs have fewer surfels */                           \
+    X(float, area_share, 1)         /* ism_desc.area_share, with its default */                         \
+    X(uint, unused0, 1)                                                                                 \
+    X(uint, unused1, 1)                                                                                 \
+    X(uint, unused2, 1)
+
 #define GLBK_ISM_BLOCKS(X)                                                                              \
     X(glbk_ism_frame, 0, GLBK_ISM_FRAME_MEMBERS)                                                        \
     X(glbk_ism_view, 1, GLBK_ISM_VIEW_MEMBERS)                                                          \
-    X(glbk_ism_choosing, 2, GLBK_ISM_CHOOSING_MEMBERS)
+    X(glbk_ism_choosing, 2, GLBK_ISM_CHOOSING_MEMBERS)                                                  \
+    X(glbk_ism_scattering, 3, GLBK_ISM_SCATTERING_MEMBERS)
 
 #define GLBK_ISM_STORAGE(X)
 #define GLBK_ISM_IMAGES(X)                                                                              \
@@ -1002,7 +1122,7 @@ static const struct { char s0[2066]; char end; } glbk__glsl_lib_ism_access_glsl 
     "}\n", 0
 };
 
-static const struct { char s0[1211]; char end; } glbk__glsl_lib_ism_bindings_glsl = {
+static const struct { char s0[1726]; char end; } glbk__glsl_lib_ism_bindings_glsl = {
     "\nuniform usampler2DArray glbk_ism_vpls;\n"
     "uniform usampler2DArray glbk_ism_surfels;\n"
     "uniform usampler2DArray glbk_ism_triangles;\n"
@@ -1026,6 +1146,20 @@ static const struct { char s0[1211]; char end; } glbk__glsl_lib_ism_bindings_gls
     "uniform usampler2D glbk_ism_column_sums0;\n"
     "uniform usampler2D glbk_ism_column_sums1;\n"
     "uniform usampler2D glbk_ism_column_sums2;\n"
+    "uniform usampler2D glbk_ism_values;\n"
+    "uniform usampler2DArray glbk_ism_clusters;\n"
+    "uniform usampler2D glbk_ism_shares;\n"
+    "uniform usampler2D glbk_ism_runs0;\n"
+    "uniform usampler2D glbk_ism_runs1;\n"
+    "uniform usampler2D glbk_ism_runs2;\n"
+    "uniform usampler2D glbk_ism_runs3;\n"
+    "uniform usampler2D glbk_ism_effect_totals;\n"
+    "uniform usampler2D glbk_ism_totals;\n"
+    "uniform usampler2D glbk_ism_runs4;\n"
+    "uniform usampler2D glbk_ism_counts;\n"
+    "uniform usampler2D glbk_ism_receivers;\n"
+    "uniform usampler2D glbk_ism_masses;\n"
+    "uniform usampler2D glbk_ism_sizes;\n"
     "#if __VERSION__ >= 430\n"
     "layout(rgba32f,binding=0)writeonly uniform image2D glbk_ism_planes_out;\n"
     "#endif\n"
@@ -1089,6 +1223,34 @@ static const struct { char s0[401]; char end; } glbk__glsl_lib_ism_choosing_glsl
     "float flux_factor;\n"
     "uint unused0;\n"
     "}glbk_ism_choosing;\n", 0
+};
+
+static const struct { char s0[383]; char end; } glbk__glsl_lib_ism_corners_glsl = {
+    "\n\nstruct ism_corners{vec3 a,b,c;};\n"
+    "\nvec3 ism_vertex(uint i){return texelFetch(glbk_ism_positions,glbk_table_at(i),0).xyz;}\n"
+    "\nism_corners ism_read_corners(uint t)\n"
+    "{\n"
+    "uvec3 i=texelFetch(glbk_ism_triangles,glbk_table_at(t),0).xyz;\n"
+    "ism_corners p;\n"
+    "p.a=ism_vertex(i.x);\n"
+    "p.b=ism_vertex(i.y);\n"
+    "p.c=ism_vertex(i.z);\n"
+    "return p;\n"
+    "}\n"
+    "\n\nvec3 ism_normal2(ism_corners p){return cross(p.b-p.a,p.c-p.a);}\n", 0
+};
+
+static const struct { char s0[284]; char end; } glbk__glsl_lib_ism_densities_glsl = {
+    "\n\n\n\n\nfloat ism_density(vec2 sizes)\n"
+    "{\n"
+    "vec2 all=uintBitsToFloat(texelFetch(glbk_ism_totals,ivec2(0),0).xy);\n"
+    "float by_area=1.,by_solid=.0;\n"
+    "if(all.y>.0){\n"
+    "by_area=glbk_ism_scattering.area_share;\n"
+    "by_solid=(1.-by_area)/all.y;\n"
+    "}\n"
+    "return sizes.x*(by_area/max(all.x,1e-37))+sizes.y*by_solid;\n"
+    "}\n", 0
 };
 
 static const struct { char s0[3594]; char end; } glbk__glsl_lib_ism_disc_glsl = {
@@ -1237,6 +1399,41 @@ static const struct { char s0[1154]; char end; } glbk__glsl_lib_ism_fill_glsl = 
     "}\n"
     "}\n"
     "return result;\n"
+    "}\n", 0
+};
+
+static const struct { char s0[884]; char end; } glbk__glsl_lib_ism_fold_glsl = {
+    "\n\n\n\n\n\nivec2 ism_fold(uint i,uint count,uint row)\n"
+    "{\n"
+    "return ivec2(i&1023u,row*((count+1023u)>>10)+(i>>10));\n"
+    "}\n"
+    "\n\nuvec2 ism_unfold(ivec2 at,uint count)\n"
+    "{\n"
+    "uint height=(count+1023u)>>10,row=uint((float(at.y)+.5)/float(height));\n"
+    "return uvec2((uint(at.y)-row*height)*1024u+uint(at.x),row);\n"
+    "}\n"
+    "\nfloat ism_folded(usampler2D from,uint i,uint count,uint row)\n"
+    "{\n"
+    "return uintBitsToFloat(texelFetch(from,ism_fold(i,count,row),0).x);\n"
+    "}\n"
+    "\n\nuint ism_blocks(uint count){return(count+31u)>>5;}\n"
+    "\n\n\n\nuint ism_find_in_block(usampler2D sums,uint row,uint block,uint count,inout float x)\n"
+    "{\n"
+    "uint lo=32u*block,hi=min(lo+32u,count)-1u;\n"
+    "float before=.0;\n"
+    "x=min(x,.99999994*ism_folded(sums,hi,count,row));\n"
+    "for(int k=0;k<5;k++){\n"
+    "uint middle=(lo+hi)>>1;\n"
+    "float sum=ism_folded(sums,middle,count,row);\n"
+    "bool past=lo<hi&& !(sum>x);\n"
+    "if(past){\n"
+    "lo=middle+1u;\n"
+    "before=sum;\n"
+    "}\n"
+    "if(!past)hi=max(middle,lo);\n"
+    "}\n"
+    "x-=before;\n"
+    "return lo;\n"
     "}\n", 0
 };
 
@@ -1829,6 +2026,35 @@ static const struct { char s0[1079]; char end; } glbk__glsl_lib_ism_pvpl_glsl = 
     "}\n", 0
 };
 
+static const struct { char s0[459]; char end; } glbk__glsl_lib_ism_scattering_glsl = {
+    "\nlayout(std140)uniform glbk_ism_scattering_block{\n"
+    "uint triangle_count;\n"
+    "uint cluster_count;\n"
+    "uint cluster_size;\n"
+    "uint first_vpl;\n"
+    "uint batch;\n"
+    "uint vpl_capacity;\n"
+    "uint view_width;\n"
+    "uint view_height;\n"
+    "uint views;\n"
+    "uint pair;\n"
+    "uint seed;\n"
+    "uint key;\n"
+    "uint surfel_count;\n"
+    "uint phase_surfel_count;\n"
+    "uint lazy_frames;\n"
+    "uint phase;\n"
+    "uint first_texel;\n"
+    "uint value_count;\n"
+    "uint pace;\n"
+    "uint vary_surfels;\n"
+    "float area_share;\n"
+    "uint unused0;\n"
+    "uint unused1;\n"
+    "uint unused2;\n"
+    "}glbk_ism_scattering;\n", 0
+};
+
 static const struct { char s0[1089]; char end; } glbk__glsl_lib_ism_search_glsl = {
     "\n\n\n\nfloat ism_weight(uvec4 sums,float least)\n"
     "{\n"
@@ -1973,6 +2199,69 @@ static const struct { char s0[1541]; char end; } glbk__glsl_prog_ism_choose_frag
     "place=floatBitsToUint(vec4(p.position,area));\n"
     "facing=floatBitsToUint(vec4(p.normal,.0));\n"
     "power=floatBitsToUint(vec4(min(p.flux*scale,vec3(1e30)),.0));\n"
+    "}\n", 0
+};
+
+static const struct { char s0[1184]; char end; } glbk__glsl_prog_ism_clusters_frag = {
+    "\n\n\n\nlayout(location=0)out uvec2 masses;\n"
+    "layout(location=1)out uvec4 place;\n"
+    "layout(location=2)out uvec4 squares;\n"
+    "layout(location=3)out uvec4 mixed;\n"
+    "\nvoid main()\n"
+    "{\n"
+    "uint count=glbk_ism_scattering.cluster_count,size=glbk_ism_scattering.cluster_size;\n"
+    "uint triangles=glbk_ism_scattering.triangle_count;\n"
+    "uint c=ism_unfold(ivec2(gl_FragCoord.xy),count).x,end=min((c+1u)*size,triangles);\n"
+    "vec2 sums=vec2(.0);\n"
+    "vec3 from=vec3(.0),at=vec3(.0),nn=vec3(.0),other=vec3(.0);\n"
+    "float square=.0;\n"
+    "for(uint t=c*size;c<count&&t<end;t++){\n"
+    "vec2 sizes=uintBitsToFloat(texelFetch(glbk_ism_sizes,ism_fold(t,triangles,0u),0).xy);\n"
+    "if(sizes.x>.0){\n"
+    "ism_corners p=ism_read_corners(t);\n"
+    "vec3 n=ism_normal2(p)*(.5/sizes.x);\n"
+    "if(!(sums.x>.0))from=p.a;\n"
+    "p.a-=from;\n"
+    "p.b-=from;\n"
+    "p.c-=from;\n"
+    "vec3 g=(p.a+p.b+p.c)*(1./3.);\n"
+    "sums+=sizes;\n"
+    "at+=sizes.x*g;\n"
+    "square+=sizes.x*(9.*dot(g,g)+dot(p.a,p.a)+dot(p.b,p.b)+dot(p.c,p.c))*(1./12.);\n"
+    "nn+=sizes.x*n*n;\n"
+    "other+=sizes.x*n.yzx*n.zxy;\n"
+    "}\n"
+    "}\n"
+    "float one=.0;\n"
+    "if(sums.x>.0)one=1./sums.x;\n"
+    "at*=one;\n"
+    "square=max(square*one-dot(at,at),.0);\n"
+    "masses=floatBitsToUint(sums);\n"
+    "place=floatBitsToUint(vec4(from+at,square));\n"
+    "squares=floatBitsToUint(vec4(nn*one,.0));\n"
+    "mixed=floatBitsToUint(vec4(other*one,.0));\n"
+    "}\n", 0
+};
+
+static const struct { char s0[557]; char end; } glbk__glsl_prog_ism_counts_frag = {
+    "\n\n\n\nlayout(location=0)out uint result;\n"
+    "\nfloat ism_luminance_of(uint v)\n"
+    "{\n"
+    "vec3 flux=ISM_TEXEL(4u*v+2u).xyz;\n"
+    "return(flux.x+flux.y+flux.z)*(1./3.);\n"
+    "}\n"
+    "\nvoid main()\n"
+    "{\n"
+    "uint count=glbk_ism_frame.vpl_count,n=glbk_ism_scattering.surfel_count;\n"
+    "uint v=ism_unfold(ivec2(gl_FragCoord.xy),glbk_ism_frame.vpl_capacity).x;\n"
+    "float mean=.0;\n"
+    "result=n;\n"
+    "if(glbk_ism_scattering.vary_surfels==0u||v>=count)return;\n"
+    "for(uint i=0u;i<count;i++)mean+=ism_luminance_of(i);\n"
+    "mean/=float(count);\n"
+    "float flux=ism_luminance_of(v);\n"
+    "if(flux<.5*mean)result=n/2u;\n"
+    "if(flux<.25*mean)result=n/4u;\n"
     "}\n", 0
 };
 
@@ -2200,6 +2489,154 @@ static const struct { char s0[346]; char end; } glbk__glsl_prog_ism_holes_frag =
     "}\n", 0
 };
 
+static const struct { char s0[2536]; char end; } glbk__glsl_prog_ism_pairs_frag = {
+    "\n\n\n\nlayout(location=0)out uint result;\n"
+    "\nstruct ism_cluster{\n"
+    "float area,radius2;\n"
+    "vec3 at,squares,mixed;\n"
+    "};\n"
+    "\nism_cluster ism_read_cluster(uint c)\n"
+    "{\n"
+    "ivec3 at=ivec3(ism_fold(c,glbk_ism_scattering.cluster_count,0u),0);\n"
+    "vec4 place=uintBitsToFloat(texelFetch(glbk_ism_clusters,at,0));\n"
+    "ism_cluster k;\n"
+    "k.at=place.xyz;\n"
+    "k.radius2=place.w;\n"
+    "k.squares=uintBitsToFloat(texelFetch(glbk_ism_clusters,at+ivec3(0,0,1),0).xyz);\n"
+    "k.mixed=uintBitsToFloat(texelFetch(glbk_ism_clusters,at+ivec3(0,0,2),0).xyz);\n"
+    "k.area=uintBitsToFloat(texelFetch(glbk_ism_masses,at.xy,0).x);\n"
+    "return k;\n"
+    "}\n"
+    "\n\nfloat ism_facing2(ism_cluster c,vec3 l)\n"
+    "{\n"
+    "return max(dot(c.squares,l*l)+2.*dot(c.mixed,l.yzx*l.zxy),.0);\n"
+    "}\n"
+    "\nfloat ism_cluster_effect(ism_cluster c,ism_vpl v)\n"
+    "{\n"
+    "if(!(c.area>.0))return .0;\n"
+    "if(v.sky)return c.area*sqrt(ism_facing2(c,v.normal));\n"
+    "vec3 l=c.at-v.position;\n"
+    "float away2=dot(l,l),wide=.16*c.area,d2=away2+c.radius2+wide;\n"
+    "float along=dot(l,v.normal)+sqrt(c.radius2);\n"
+    "float facing2=ism_facing2(c,l)+c.radius2+wide;\n"
+    "float effect=c.area*sqrt(facing2)*(along/(d2*d2));\n"
+    "if(!(along>.0))effect=.0;\n"
+    "if(!(away2>.0))effect=1.;\n"
+    "return effect;\n"
+    "}\n"
+    "\n\nfloat ism_box_zoom(vec4 axis,float u,float r)\n"
+    "{\n"
+    "float size=float(glbk_ism_frame.tile_side),rim=float(glbk_ism_frame.window_rim);\n"
+    "float low=max(u-r,.0),high=min(u+r,1.),from=low,to=high;\n"
+    "if(axis.x<size){\n"
+    "from=ism_zoom_axis(axis,size,rim,low)/size;\n"
+    "to=ism_zoom_axis(axis,size,rim,high)/size;\n"
+    "}\n"
+    "return(to-from)/(high-low);\n"
+    "}\n"
+    "\n\n\nfloat ism_cluster_zoom(ism_cluster c,ism_vpl v)\n"
+    "{\n"
+    "vec3 origin=v.position,at;\n"
+    "float d=glbk_ism_frame.sphere.w,r=sqrt(c.radius2);\n"
+    "vec2 uv;\n"
+    "bool seen;\n"
+    "if(v.sky)origin=glbk_ism_frame.sphere.xyz;\n"
+    "at=c.at-origin;\n"
+    "if(!v.sky){\n"
+    "float below=dot(v.basis[2],at);\n"
+    "d=length(at);\n"
+    "if(.05*d>below)at+=v.basis[2]*(.05*d-below);\n"
+    "}\n"
+    "at=at*v.basis;\n"
+    "if(v.sky){\n"
+    "uv=.5*at.xy/d+.5;\n"
+    "seen=all(greaterThanEqual(uv,vec2(.0)))&&all(lessThan(uv,vec2(1.)));\n"
+    "}else{\n"
+    "seen=ism_map_coordinates(ism_projection_of(v.exponent),v.exponent,at/length(at),uv);\n"
+    "}\n"
+    "r=max(.5*r/d,.01);\n"
+    "float zoom=ism_box_zoom(v.grid.across,uv.x,r)*ism_box_zoom(v.grid.down,uv.y,r);\n"
+    "return cohsm_if(seen,zoom,1.);\n"
+    "}\n"
+    "\nvoid main()\n"
+    "{\n"
+    "uint count=glbk_ism_scattering.cluster_count;\n"
+    "uvec2 place=ism_unfold(ivec2(gl_FragCoord.xy),count);\n"
+    "uint v=glbk_ism_scattering.first_vpl+place.y;\n"
+    "float effect=.0;\n"
+    "if(place.x<count&&v<glbk_ism_frame.vpl_count){\n"
+    "ism_cluster c=ism_read_cluster(place.x);\n"
+    "ism_vpl l=ism_read_vpl(v);\n"
+    "effect=ism_cluster_effect(c,l);\n"
+    "if(effect>.0&&l.window!=0u)effect*=ism_cluster_zoom(c,l);\n"
+    "if(!cohsm_finite(effect))effect=.0;\n"
+    "}\n"
+    "result=floatBitsToUint(effect);\n"
+    "}\n", 0
+};
+
+static const struct { char s0[2280]; char end; } glbk__glsl_prog_ism_points_frag = {
+    "\n\n\n\nlayout(location=0)out uvec4 result;\n"
+    "\n\n\nvec2 ism_triangle_map(float u,float v)\n"
+    "{\n"
+    "vec2 b=vec2(u-.5*v,.5*v);\n"
+    "if(v>u)b=vec2(.5*u,v-.5*u);\n"
+    "return floor(b*65535.)*(1./65535.);\n"
+    "}\n"
+    "\nfloat ism_triangle_density(uint t)\n"
+    "{\n"
+    "ivec2 at=ism_fold(t,glbk_ism_scattering.triangle_count,0u);\n"
+    "return ism_density(uintBitsToFloat(texelFetch(glbk_ism_sizes,at,0).xy));\n"
+    "}\n"
+    "\n\n\nuint ism_choose_triangle(uint c,float share,inout float x)\n"
+    "{\n"
+    "uint first=c*glbk_ism_scattering.cluster_size,chosen=first;\n"
+    "uint end=min(first+glbk_ism_scattering.cluster_size,glbk_ism_scattering.triangle_count);\n"
+    "ivec2 at=ism_fold(c,glbk_ism_scattering.cluster_count,0u);\n"
+    "float all=ism_density(uintBitsToFloat(texelFetch(glbk_ism_masses,at,0).xy)),sum=.0,width=.0;\n"
+    "x=x/share*all;\n"
+    "for(uint t=first;t<end&& !(sum>x);t++){\n"
+    "float density=ism_triangle_density(t);\n"
+    "sum+=density;\n"
+    "if(density>.0){\n"
+    "chosen=t;\n"
+    "width=density;\n"
+    "}\n"
+    "}\n"
+    "x=width/all;\n"
+    "return chosen;\n"
+    "}\n"
+    "\n\nuvec4 ism_point(uint v,uint row,uint at,uint n)\n"
+    "{\n"
+    "uint count=glbk_ism_scattering.cluster_count,n1=ism_blocks(count),n2=ism_blocks(n1);\n"
+    "uint key=ism_hash_combine(glbk_ism_scattering.key,0x9000u+v);\n"
+    "float all=ism_folded(glbk_ism_runs2,n2-1u,n2,row);\n"
+    "float x=(float(at)+ism_to_unit(ism_hash_combine(key,at)))/float(n)*all;\n"
+    "if(!(all>.0))return uvec4(0u);\n"
+    "uint c=ism_find_in_block(glbk_ism_runs2,row,0u,n2,x);\n"
+    "c=ism_find_in_block(glbk_ism_runs1,row,c,n1,x);\n"
+    "c=ism_find_in_block(glbk_ism_runs0,row,c,count,x);\n"
+    "float share=ism_folded(glbk_ism_shares,c,count,row);\n"
+    "uint t=ism_choose_triangle(c,share,x);\n"
+    "float probability=share/all*x;\n"
+    "uint r=key+at*3242174889u,s=ism_hash32(key)+at*2447445413u;\n"
+    "vec2 b=ism_triangle_map(ism_to_unit(r),ism_to_unit(s));\n"
+    "float area=.0;\n"
+    "if(probability>.0)area=1./(float(n)*probability);\n"
+    "return uvec4(t,floatBitsToUint(vec3(b,area)));\n"
+    "}\n"
+    "\nvoid main()\n"
+    "{\n"
+    "uint i=glbk_ism_scattering.first_texel+(uint(gl_FragCoord.y)<<10)+uint(gl_FragCoord.x);\n"
+    "uint each=glbk_ism_scattering.phase_surfel_count,v=i/each,row=v-glbk_ism_scattering.first_vpl;\n"
+    "uint at=(i-v*each)*glbk_ism_scattering.lazy_frames+glbk_ism_scattering.phase;\n"
+    "if(v<glbk_ism_scattering.first_vpl||row>=glbk_ism_scattering.batch)discard;\n"
+    "uint n=texelFetch(glbk_ism_counts,ism_fold(v,glbk_ism_scattering.vpl_capacity,0u),0).x;\n"
+    "result=uvec4(0u);\n"
+    "if(at<n)result=ism_point(v,row*glbk_ism_scattering.pair,at,n);\n"
+    "}\n", 0
+};
+
 static const struct { char s0[320]; char end; } glbk__glsl_prog_ism_pull_frag = {
     "\n\n\n\n#ifndef ISM_LEVEL\n"
     "#define ISM_LEVEL 1\n"
@@ -2234,6 +2671,28 @@ static const struct { char s0[570]; char end; } glbk__glsl_prog_ism_push_frag = 
     "}\n", 0
 };
 
+static const struct { char s0[758]; char end; } glbk__glsl_prog_ism_receivers_frag = {
+    "\n\n\nlayout(location=0)out uvec4 result;\n"
+    "\nvoid main()\n"
+    "{\n"
+    "uint width=glbk_ism_scattering.view_width,n0=width*glbk_ism_scattering.view_height;\n"
+    "uint n1=ism_blocks(n0),n2=ism_blocks(n1),n3=ism_blocks(n2),n4=ism_blocks(n3);\n"
+    "uint i=ism_unfold(ivec2(gl_FragCoord.xy),n0).x;\n"
+    "float x=float(i)+.5,all=ism_folded(glbk_ism_runs4,n4-1u,n4,0u);\n"
+    "result=uvec4(0u);\n"
+    "if(!(x<all))return;\n"
+    "uint k=ism_find_in_block(glbk_ism_runs4,0u,0u,n4,x);\n"
+    "k=ism_find_in_block(glbk_ism_runs3,0u,k,n3,x);\n"
+    "k=ism_find_in_block(glbk_ism_runs2,0u,k,n2,x);\n"
+    "k=ism_find_in_block(glbk_ism_runs1,0u,k,n1,x);\n"
+    "k=ism_find_in_block(glbk_ism_runs0,0u,k,n0,x);\n"
+    "glbk_point p;\n"
+    "uint row=k/width;\n"
+    "bool seen=glbk_read_point(ivec2(k-row*width,row),p);\n"
+    "result=floatBitsToUint(vec4(p.position,cohsm_if(seen,1.,.0)));\n"
+    "}\n", 0
+};
+
 static const struct { char s0[304]; char end; } glbk__glsl_prog_ism_resolve_frag = {
     "\n\n\nlayout(location=0)out vec4 result;\n"
     "\nvoid main()\n"
@@ -2244,6 +2703,21 @@ static const struct { char s0[304]; char end; } glbk__glsl_prog_ism_resolve_frag
     "glbk_picture_show(seen,p.position);\n"
     "vec3 albedo=seen?p.diffuse*(1.-p.metallic):vec3(.0);\n"
     "result=vec4(glbk_unpack(texelFetch(glbk_ism_light,at,0)).xyz*albedo*.318309886,1.);\n"
+    "}\n", 0
+};
+
+static const struct { char s0[410]; char end; } glbk__glsl_prog_ism_run_frag = {
+    "\n\n\n\n\nlayout(location=0)out uint result;\n"
+    "\nvoid main()\n"
+    "{\n"
+    "uint pace=glbk_ism_scattering.pace,count=glbk_ism_scattering.value_count;\n"
+    "uint own=(count+pace-1u)/pace;\n"
+    "uvec2 place=ism_unfold(ivec2(gl_FragCoord.xy),own);\n"
+    "uint end=min(place.x,own-1u);\n"
+    "float sum=.0;\n"
+    "for(uint k=place.x-(place.x&31u);k<=end;k++)\n"
+    "sum+=ism_folded(glbk_ism_values,min(pace*k+pace-1u,count-1u),count,place.y);\n"
+    "result=floatBitsToUint(sum);\n"
     "}\n", 0
 };
 
@@ -2260,6 +2734,21 @@ static const struct { char s0[510]; char end; } glbk__glsl_prog_ism_scan_frag = 
     "for(int k=i-(i&31);k<=i;k++)\n"
     "sum+=uintBitsToFloat(texelFetch(glbk_ism_summed,base+along*min(pace*k+pace-1,last),0).xy);\n"
     "result=floatBitsToUint(sum);\n"
+    "}\n", 0
+};
+
+static const struct { char s0[425]; char end; } glbk__glsl_prog_ism_seen_frag = {
+    "\n\n\nlayout(location=0)out uint result;\n"
+    "\nvoid main()\n"
+    "{\n"
+    "uint width=glbk_ism_scattering.view_width,count=width*glbk_ism_scattering.view_height;\n"
+    "uint i=ism_unfold(ivec2(gl_FragCoord.xy),count).x,j=min(i,count-1u),row=j/width;\n"
+    "glbk_point p;\n"
+    "bool seen=glbk_read_point(ivec2(j-row*width,row),p);\n"
+    "seen=seen&&i<count&&cohsm_finite3(p.position)&&dot(p.normal,p.normal)>.25;\n"
+    "float one=.0;\n"
+    "if(seen)one=1.;\n"
+    "result=floatBitsToUint(one);\n"
     "}\n", 0
 };
 
@@ -2318,6 +2807,79 @@ static const struct { char s0[313]; char end; } glbk__glsl_prog_ism_shade_frag =
     "vec4 light=vec4(.0);\n"
     "if(ism_read_receiver(at,r))light=ism_light(r.p,r.n,r.ng,place.y*side+place.x,side*side);\n"
     "result=glbk_pack(light);\n"
+    "}\n", 0
+};
+
+static const struct { char s0[689]; char end; } glbk__glsl_prog_ism_shares_frag = {
+    "\n\n\n\n\nlayout(location=0)out uint result;\n"
+    "\nvoid main()\n"
+    "{\n"
+    "uint count=glbk_ism_scattering.cluster_count;\n"
+    "uvec2 place=ism_unfold(ivec2(gl_FragCoord.xy),count);\n"
+    "float share=.0;\n"
+    "if(place.x<count){\n"
+    "ivec2 at=ism_fold(place.x,count,0u);\n"
+    "float p=ism_density(uintBitsToFloat(texelFetch(glbk_ism_masses,at,0).xy)),q=p;\n"
+    "ivec2 end=textureSize(glbk_ism_runs4,0)-1;\n"
+    "if(glbk_ism_scattering.pair!=0u&&uintBitsToFloat(texelFetch(glbk_ism_runs4,end,0).x)>.0){\n"
+    "float all=uintBitsToFloat(texelFetch(glbk_ism_effect_totals,ivec2(0,int(place.y)),0).x);\n"
+    "float effect=ism_folded(glbk_ism_values,place.x,count,place.y);\n"
+    "if(all>.0)q=effect/all;\n"
+    "}\n"
+    "if(p>.0)share=sqrt(p*q)+.05*(p+q);\n"
+    "}\n"
+    "result=floatBitsToUint(share);\n"
+    "}\n", 0
+};
+
+static const struct { char s0[1751]; char end; } glbk__glsl_prog_ism_sizes_frag = {
+    "\n\n\n\nlayout(location=0)out uvec2 result;\n"
+    "\n\nuint ism_multiply_high(uint a,uint b)\n"
+    "{\n"
+    "uint a0=a&0xffffu,a1=a>>16,b0=b&0xffffu,b1=b>>16;\n"
+    "uint middle=a1*b0+(a0*b0>>16),rest=a0*b1+(middle&0xffffu);\n"
+    "return a1*b1+(middle>>16)+(rest>>16);\n"
+    "}\n"
+    "\n\nfloat ism_solid_angle(vec3 a,vec3 b,vec3 c)\n"
+    "{\n"
+    "float la=length(a),lb=length(b),lc=length(c);\n"
+    "float top=abs(dot(a,cross(b,c)));\n"
+    "float below=la*lb*lc+dot(a,b)*lc+dot(a,c)*lb+dot(b,c)*la;\n"
+    "float omega=.0;\n"
+    "if(top>.0&&cohsm_finite(top)&&cohsm_finite(below))omega=max(2.*cohsm_atan2(top,below),.0);\n"
+    "return omega;\n"
+    "}\n"
+    "\n\n\nfloat ism_solid_angle_from(vec3 eye,ism_corners p,vec3 normal2,float area2)\n"
+    "{\n"
+    "vec3 a=p.a-eye;\n"
+    "float d2=dot(a,a),omega=.5*abs(dot(normal2,a))/(d2*sqrt(d2));\n"
+    "if(!(.01*d2>area2))omega=ism_solid_angle(a,p.b-eye,p.c-eye);\n"
+    "return omega;\n"
+    "}\n"
+    "\nvoid main()\n"
+    "{\n"
+    "uint count=glbk_ism_scattering.triangle_count,views=glbk_ism_scattering.views;\n"
+    "uint t=ism_unfold(ivec2(gl_FragCoord.xy),count).x;\n"
+    "result=uvec2(0u);\n"
+    "if(t>=count)return;\n"
+    "ism_corners p=ism_read_corners(t);\n"
+    "vec3 normal2=ism_normal2(p);\n"
+    "float area2=length(normal2),solid=.0;\n"
+    "if(!(area2>.0)|| !cohsm_finite(area2))return;\n"
+    "uint pixels=glbk_ism_scattering.view_width*glbk_ism_scattering.view_height,valid=0u;\n"
+    "if(views>0u){\n"
+    "ivec2 end=textureSize(glbk_ism_runs4,0)-1;\n"
+    "valid=uint(uintBitsToFloat(texelFetch(glbk_ism_runs4,end,0).x));\n"
+    "}\n"
+    "uint key=ism_hash_combine(glbk_ism_scattering.seed,0x7000u+cohsm_if(views==1u,0u,t));\n"
+    "for(uint k=0u;k<views&&valid>0u;k++){\n"
+    "uint i=ism_multiply_high(ism_hash_combine(key,k),valid);\n"
+    "vec3 eye=uintBitsToFloat(texelFetch(glbk_ism_receivers,ism_fold(i,pixels,0u),0).xyz);\n"
+    "solid+=ism_solid_angle_from(eye,p,normal2,area2);\n"
+    "}\n"
+    "if(views>0u)solid/=float(views);\n"
+    "if(!cohsm_finite(solid))solid=.0;\n"
+    "result=floatBitsToUint(vec2(.5*area2,solid));\n"
     "}\n", 0
 };
 
@@ -2531,6 +3093,20 @@ static const struct { char s0[1212]; char end; } glbk__glsl_prog_ism_splat_vert 
     "}\n", 0
 };
 
+static const struct { char s0[368]; char end; } glbk__glsl_prog_ism_total_frag = {
+    "\n\n\nlayout(location=0)out uvec2 result;\n"
+    "\nvoid main()\n"
+    "{\n"
+    "uint count=glbk_ism_scattering.value_count;\n"
+    "uvec2 place=ism_unfold(ivec2(gl_FragCoord.xy),ism_blocks(count));\n"
+    "uint end=min(32u*place.x+32u,count);\n"
+    "vec2 sum=vec2(.0);\n"
+    "for(uint k=32u*place.x;k<end;k++)\n"
+    "sum+=uintBitsToFloat(texelFetch(glbk_ism_values,ism_fold(k,count,place.y),0).xy);\n"
+    "result=floatBitsToUint(sum);\n"
+    "}\n", 0
+};
+
 static const struct { char s0[1192]; char end; } glbk__glsl_prog_ism_weigh_frag = {
     "\n\n\n\n\nlayout(location=0)out uvec2 result;\n"
     "\nfloat ism_effect_at(ivec2 at){return uintBitsToFloat(texelFetch(glbk_ism_effects,at,0).x);}\n"
@@ -2585,12 +3161,21 @@ static const glbk_file glbk__ism_files[] = {
     { "lib/ism_choosing.glsl\0" "" "\0" "" "\0"
       "" "\0" "glbk_ism_choosing",
       (const char *)&glbk__glsl_lib_ism_choosing_glsl },
+    { "lib/ism_corners.glsl\0" "table ism_bindings" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_ism_corners_glsl },
+    { "lib/ism_densities.glsl\0" "ism_fold ism_scattering" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_ism_densities_glsl },
     { "lib/ism_disc.glsl\0" "ism_access ism_frame" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_ism_disc_glsl },
     { "lib/ism_fill.glsl\0" "ism_access ism_frame" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_ism_fill_glsl },
+    { "lib/ism_fold.glsl\0" "ism_bindings" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_ism_fold_glsl },
     { "lib/ism_frame.glsl\0" "" "\0" "" "\0"
       "" "\0" "glbk_ism_frame",
       (const char *)&glbk__glsl_lib_ism_frame_glsl },
@@ -2618,6 +3203,9 @@ static const glbk_file glbk__ism_files[] = {
     { "lib/ism_pvpl.glsl\0" "cohsm_math ism_bindings ism_choosing" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_ism_pvpl_glsl },
+    { "lib/ism_scattering.glsl\0" "" "\0" "" "\0"
+      "" "\0" "glbk_ism_scattering",
+      (const char *)&glbk__glsl_lib_ism_scattering_glsl },
     { "lib/ism_search.glsl\0" "ism_bindings ism_choosing" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_ism_search_glsl },
@@ -2633,6 +3221,12 @@ static const glbk_file glbk__ism_files[] = {
     { "prog/ism_choose.frag\0" "ism_search ism_hash ism_inter_texel ism_choosing" "\0" "screen.vert" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_choose_frag },
+    { "prog/ism_clusters.frag\0" "ism_corners ism_fold ism_scattering" "\0" "screen.vert" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_prog_ism_clusters_frag },
+    { "prog/ism_counts.frag\0" "ism_access ism_fold ism_frame ism_scattering" "\0" "screen.vert" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_prog_ism_counts_frag },
     { "prog/ism_edges.frag\0" "ism_bindings ism_choosing" "\0" "screen.vert" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_edges_frag },
@@ -2648,24 +3242,45 @@ static const glbk_file glbk__ism_files[] = {
     { "prog/ism_holes.frag\0" "ism_holes ism_frame" "\0" "screen.vert" "\0"
       "ISM_PROJECTION=1 | ISM_PROJECTION=4" "\0" "",
       (const char *)&glbk__glsl_prog_ism_holes_frag },
+    { "prog/ism_pairs.frag\0" "cohsm_math ism_access ism_fold ism_frame ism_scattering" "\0" "screen.vert" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_prog_ism_pairs_frag },
+    { "prog/ism_points.frag\0" "ism_densities ism_hash ism_scattering" "\0" "screen.vert" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_prog_ism_points_frag },
     { "prog/ism_pull.frag\0" "ism_fill ism_frame" "\0" "screen.vert" "\0"
       "ISM_LEVEL=1 | ISM_LEVEL=2 | ISM_LEVEL=3" "\0" "",
       (const char *)&glbk__glsl_prog_ism_pull_frag },
     { "prog/ism_push.frag\0" "ism_push ism_frame" "\0" "screen.vert" "\0"
       "ISM_PROJECTION=1 | ISM_PROJECTION=4" "\0" "",
       (const char *)&glbk__glsl_prog_ism_push_frag },
+    { "prog/ism_receivers.frag\0" "cohsm_math ism_fold gbuffer ism_scattering" "\0" "screen.vert" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_prog_ism_receivers_frag },
     { "prog/ism_resolve.frag\0" "ism_bindings gbuffer picture" "\0" "screen.vert" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_resolve_frag },
+    { "prog/ism_run.frag\0" "ism_fold ism_scattering" "\0" "screen.vert" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_prog_ism_run_frag },
     { "prog/ism_scan.frag\0" "ism_bindings ism_choosing" "\0" "screen.vert" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_scan_frag },
+    { "prog/ism_seen.frag\0" "cohsm_math ism_fold gbuffer ism_scattering" "\0" "screen.vert" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_prog_ism_seen_frag },
     { "prog/ism_shade.comp\0" "ism_gbuffer ism_light ism_view" "\0" "" "\0"
       "ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5 | ISM_NEAR=6" "\0" "",
       (const char *)&glbk__glsl_prog_ism_shade_comp },
     { "prog/ism_shade.frag\0" "ism_gbuffer ism_light ism_view" "\0" "screen.vert" "\0"
       "ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5 | ISM_NEAR=6" "\0" "",
       (const char *)&glbk__glsl_prog_ism_shade_frag },
+    { "prog/ism_shares.frag\0" "ism_densities ism_scattering" "\0" "screen.vert" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_prog_ism_shares_frag },
+    { "prog/ism_sizes.frag\0" "cohsm_math ism_corners ism_fold ism_hash ism_scattering" "\0" "screen.vert" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_prog_ism_sizes_frag },
     { "prog/ism_splat.comp\0" "ism_disc ism_frame" "\0" "" "\0"
       "ISM_PROJECTION=1 | ISM_PROJECTION=4" "\0" "",
       (const char *)&glbk__glsl_prog_ism_splat_comp },
@@ -2675,6 +3290,9 @@ static const glbk_file glbk__ism_files[] = {
     { "prog/ism_splat.vert\0" "ism_disc ism_frame" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_splat_vert },
+    { "prog/ism_total.frag\0" "ism_fold ism_scattering" "\0" "screen.vert" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_prog_ism_total_frag },
     { "prog/ism_weigh.frag\0" "ism_pvpl ism_choosing" "\0" "screen.vert" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_weigh_frag }
@@ -3282,6 +3900,7 @@ GLBK_DEF glbk_result glbk_ism_mesh_upload(glbk_context *ctx, glbk_ism_maps *m, c
     if (result != GLBK_OK) return result;
     if (count != m->triangle_count) m->phases = 0;
     m->triangle_count = (uint32_t)count;
+    m->masked = mesh && mesh->mask_fn != NULL;
     return glbk__leave_created(ctx, glbk__ism_write_frame(ctx, m));
 }
 
@@ -4164,6 +4783,486 @@ GLBK_DEF void glbk_ism_choice_free(glbk_context *ctx, glbk_ism_choice *c)
     glbk_program_free(ctx, &c->choose);
     glbk_program_free(ctx, &c->edges);
     memset(c, 0, sizeof *c);
+}
+
+/* ==== src/gl_ism/scatter.h ==== */
+
+/* ---- ism: surfels scattered on the GPU ---- */
+
+enum { GLBK__ISM_CLUSTERS = 32768,          /* the most clusters that there are, as in ism.h */
+       GLBK__ISM_BATCH = 1 << 21,           /* shares that are computed at a time, about */
+       GLBK__ISM_LAYER = 1 << 20 };         /* texels of a layer of a table */
+
+/* Makes a sheet of `rows` sequences of `count` numbers, as ism_fold.glsl has them. */
+static glbk_result glbk__ism_create_sheet(glbk_context *ctx, glbk_format format, uint32_t count,
+                                          uint32_t rows, glbk_ism_sheet *out)
+{
+    const uint32_t width = count < 1024 ? count : 1024, height = (count + 1023) / 1024 * rows;
+    return glbk__canvas(ctx, format, width, height, NULL, &out->texture, &out->target);
+}
+
+static void glbk__ism_free_sheets(glbk_context *ctx, glbk_ism_sheet *sheets, uint32_t count)
+{
+    uint32_t k;
+    for (k = 0; k < count; k++) {
+        glbk_target_free(ctx, &sheets[k].target);
+        glbk_texture_free(ctx, &sheets[k].texture);
+    }
+}
+
+/* Makes sums of sequences: with `running`, of every number of a block of 32, else of blocks alone. */
+static glbk_result glbk__ism_create_levels(glbk_context *ctx, uint32_t count, uint32_t rows, int running,
+                                           glbk_ism_sheet *sheets, uint32_t levels)
+{
+    const glbk_format format = running ? GLBK_FORMAT_R32UI : GLBK_FORMAT_RG32UI;
+    glbk_result result = GLBK_OK;
+    uint32_t k;
+    for (k = 0; k < levels && result == GLBK_OK; k++) {
+        if (k || !running) count = glbk__ism_blocks(count);
+        result = glbk__ism_create_sheet(ctx, format, count, rows, &sheets[k]);
+    }
+    return result;
+}
+
+/* Makes a target of the tables of surfels, whose layer each pass chooses. */
+static glbk_result glbk__ism_create_surfel_target(glbk_context *ctx, const glbk_ism_maps *m,
+                                                  glbk_ism_spread *s)
+{
+    glbk_target_desc t;
+    memset(&t, 0, sizeof t);
+    t.color[0] = m->compute ? &m->surfels : m->phase_surfels;
+    return glbk__target_create(ctx, &t, &s->surfel_target);
+}
+
+/* Returns from how many receivers triangles are looked at; 0: surfels are spread by area. */
+static uint32_t glbk__ism_views(const ism_desc *d)
+{
+    if (d->spread == ISM_SPREAD_AREA) return 0;
+    return d->spread == ISM_SPREAD_VIEW_1 ? 1 : 8;
+}
+
+static int glbk__ism_by_pair(const ism_desc *d)
+{
+    return d->spread == ISM_SPREAD_DEFAULT || d->spread == ISM_SPREAD_PAIR;
+}
+
+static glbk_result glbk__ism_create_spread(glbk_context *ctx, const glbk_ism_maps *m, glbk_ism_spread *s)
+{
+    const glbk_part *part = glbk_ism_part();
+    char defines[] = "ISM_PROJECTION=1";
+    glbk_result result = glbk__ism_create_surfel_target(ctx, m, s);
+    defines[15] = (char)('0' + (int)m->desc.projection);
+    if (result == GLBK_OK)
+        result = glbk__ism_create_sheet(ctx, GLBK_FORMAT_R32UI, m->desc.vpl_count, 1, &s->counts);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_ism_scattering), NULL, &s->block);
+    if (result == GLBK_OK && glbk__ism_views(&m->desc)) {
+        result = glbk__gbuffer_program(ctx, part, "ism_seen.frag", NULL, &s->see);
+        if (result == GLBK_OK)
+            result = glbk__gbuffer_program(ctx, part, "ism_receivers.frag", NULL, &s->list);
+    }
+    if (result == GLBK_OK) result = glbk__program_create(ctx, part, "ism_sizes.frag", NULL, &s->measure);
+    if (result == GLBK_OK) result = glbk__program_create(ctx, part, "ism_clusters.frag", NULL, &s->gather);
+    if (result == GLBK_OK) result = glbk__program_create(ctx, part, "ism_total.frag", NULL, &s->total);
+    if (result == GLBK_OK && glbk__ism_by_pair(&m->desc))
+        result = glbk__program_create(ctx, part, "ism_pairs.frag", defines, &s->weigh);
+    if (result == GLBK_OK) result = glbk__program_create(ctx, part, "ism_shares.frag", NULL, &s->share);
+    if (result == GLBK_OK) result = glbk__program_create(ctx, part, "ism_run.frag", NULL, &s->run);
+    if (result == GLBK_OK) result = glbk__program_create(ctx, part, "ism_counts.frag", defines, &s->count);
+    if (result == GLBK_OK) result = glbk__program_create(ctx, part, "ism_points.frag", NULL, &s->scatter);
+    s->table = m->vpls.name;
+    return result;
+}
+
+GLBK_DEF glbk_result glbk_ism_spread_create(glbk_context *ctx, const glbk_ism_maps *m, glbk_ism_spread *out)
+{
+    glbk_result result;
+    if (!ctx) return GLBK_ERR_ARGUMENT;
+    if (!out) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "out", "is NULL");
+    memset(out, 0, sizeof *out);
+    result = glbk__ism_check_maps(ctx, __func__, m);
+    if (result != GLBK_OK) return result;
+    if ((unsigned)m->desc.spread >= ISM_SPREAD_COUNT)
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, __func__, "maps->desc.spread", (double)m->desc.spread,
+                                  "a value of ism_spread");
+    if (!(m->desc.area_share >= 0 && m->desc.area_share <= 1))
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, __func__, "maps->desc.area_share",
+                                  (double)m->desc.area_share, "0..1");
+    result = glbk__ism_create_spread(ctx, m, out);
+    if (result != GLBK_OK) glbk_ism_spread_free(ctx, out);
+    return result;
+}
+
+static void glbk__ism_free_view(glbk_context *ctx, glbk_ism_spread *s)
+{
+    glbk__ism_free_sheets(ctx, &s->seen, 1);
+    glbk__ism_free_sheets(ctx, s->seen_sums, 5);
+    glbk__ism_free_sheets(ctx, &s->receivers, 1);
+    s->width = s->height = 0;
+}
+
+/* Makes room for the receivers of a picture, if it has not the size of the last one. */
+static glbk_result glbk__ism_hold_view(glbk_context *ctx, glbk_ism_spread *s, const glbk_gbuffer *seen)
+{
+    const double pixels = (double)seen->width * seen->height;
+    const uint32_t count = (uint32_t)pixels;
+    glbk_result result;
+    if (s->width == seen->width && s->height == seen->height) return GLBK_OK;
+    glbk__ism_free_view(ctx, s);
+    if (pixels > 16777216)
+        return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, "glbk_ism_scatter", "the pixels of seen", pixels, 1,
+                                  16777216);
+    result = glbk__ism_create_sheet(ctx, GLBK_FORMAT_R32UI, count, 1, &s->seen);
+    if (result == GLBK_OK) result = glbk__ism_create_levels(ctx, count, 1, 1, s->seen_sums, 5);
+    if (result == GLBK_OK)
+        result = glbk__ism_create_sheet(ctx, GLBK_FORMAT_RGBA32UI, count, 1, &s->receivers);
+    if (result != GLBK_OK) {
+        glbk__ism_free_view(ctx, s);
+        return result;
+    }
+    s->width = seen->width;
+    s->height = seen->height;
+    return GLBK_OK;
+}
+
+static void glbk__ism_free_triangles(glbk_context *ctx, glbk_ism_spread *s)
+{
+    glbk__ism_free_sheets(ctx, &s->sizes, 1);
+    glbk__ism_free_sheets(ctx, &s->masses, 1);
+    glbk_texture_free(ctx, &s->clusters);
+    glbk__ism_free_sheets(ctx, s->totals, 3);
+    glbk__ism_free_sheets(ctx, &s->effects, 1);
+    glbk__ism_free_sheets(ctx, s->effect_totals, 3);
+    glbk__ism_free_sheets(ctx, &s->shares, 1);
+    glbk__ism_free_sheets(ctx, s->share_sums, 3);
+    s->triangle_count = 0;
+}
+
+/* Makes the pictures of clusters and the target that draws them together. */
+static glbk_result glbk__ism_create_clusters(glbk_context *ctx, glbk_ism_spread *s)
+{
+    const uint32_t count = s->cluster_count;
+    glbk_texture_desc d;
+    glbk_target_desc t;
+    glbk_result result;
+    uint32_t k;
+    memset(&d, 0, sizeof d);
+    memset(&t, 0, sizeof t);
+    d.format = GLBK_FORMAT_RG32UI;
+    d.width = count < 1024 ? count : 1024;
+    d.height = (count + 1023) / 1024;
+    result = glbk_texture_create(ctx, &d, &s->masses.texture);
+    d.format = GLBK_FORMAT_RGBA32UI;
+    d.layers = 3;
+    if (result == GLBK_OK) result = glbk_texture_create(ctx, &d, &s->clusters);
+    if (result != GLBK_OK) return result;
+    t.color[0] = &s->masses.texture;
+    for (k = 0; k < 3; k++) {
+        t.color[k + 1] = &s->clusters;
+        t.layer[k + 1] = k;
+    }
+    return glbk__target_create(ctx, &t, &s->masses.target);
+}
+
+/* Makes what holds the shares of a batch of VPLs; without pairs of VPL and cluster all VPLs have the same. */
+static glbk_result glbk__ism_create_shares(glbk_context *ctx, const glbk_ism_maps *m, glbk_ism_spread *s)
+{
+    const int pair = glbk__ism_by_pair(&m->desc);
+    const uint32_t count = s->cluster_count, height = (count + 1023) / 1024, most = 2048 / height;
+    uint32_t batch = (uint32_t)GLBK__ISM_BATCH / count, rows;
+    glbk_result result = GLBK_OK;
+    if (batch > most) batch = most;
+    if (batch > m->desc.vpl_count) batch = m->desc.vpl_count;
+    rows = pair ? batch : 1;
+    s->batch = pair ? batch : m->desc.vpl_count;
+    if (pair) {
+        result = glbk__ism_create_sheet(ctx, GLBK_FORMAT_R32UI, count, rows, &s->effects);
+        if (result == GLBK_OK) result = glbk__ism_create_levels(ctx, count, rows, 0, s->effect_totals, 3);
+    }
+    if (result == GLBK_OK) result = glbk__ism_create_sheet(ctx, GLBK_FORMAT_R32UI, count, rows, &s->shares);
+    return result == GLBK_OK ? glbk__ism_create_levels(ctx, count, rows, 1, s->share_sums, 3) : result;
+}
+
+/* Makes room for the triangles of a mesh, if it has not as many as the last one. */
+static glbk_result glbk__ism_hold_triangles(glbk_context *ctx, const glbk_ism_maps *m, glbk_ism_spread *s)
+{
+    const uint32_t count = m->triangle_count;
+    glbk_result result;
+    if (s->triangle_count == count) return GLBK_OK;
+    glbk__ism_free_triangles(ctx, s);
+    s->triangles_per_cluster = count / (uint32_t)GLBK__ISM_CLUSTERS + 1;
+    s->cluster_count = (count + s->triangles_per_cluster - 1) / s->triangles_per_cluster;
+    result = glbk__ism_create_sheet(ctx, GLBK_FORMAT_RG32UI, count, 1, &s->sizes);
+    if (result == GLBK_OK) result = glbk__ism_create_clusters(ctx, s);
+    if (result == GLBK_OK) result = glbk__ism_create_levels(ctx, s->cluster_count, 1, 0, s->totals, 3);
+    if (result == GLBK_OK) result = glbk__ism_create_shares(ctx, m, s);
+    if (result == GLBK_OK) s->triangle_count = count;
+    else glbk__ism_free_triangles(ctx, s);
+    return result;
+}
+
+/* Begins a pass over a whole target by a program that reads what is bound next. */
+static glbk_result glbk__ism_begin_spread(glbk_context *ctx, const glbk_ism_spread *s,
+                                          const glbk_target *target, glbk_program *program,
+                                          const glbk_ism_scattering *b)
+{
+    glbk_pass pass;
+    glbk_result result;
+    memset(&pass, 0, sizeof pass);
+    pass.target = target;
+    result = glbk_begin(ctx, &pass, program);
+    return result == GLBK_OK ? glbk__put_block(ctx, GLBK_SLOT_glbk_ism_scattering, &s->block, b) : result;
+}
+
+/* Sums up sequences of `count` values, level by level: running sums, or only those of blocks. */
+static glbk_result glbk__ism_sum(glbk_context *ctx, glbk_ism_spread *s, glbk_ism_scattering *b,
+                                 const glbk_texture *values, uint32_t count, int running,
+                                 const glbk_ism_sheet *sums, uint32_t levels)
+{
+    glbk_program *program = running ? &s->run : &s->total;
+    glbk_result result = GLBK_OK;
+    uint32_t k;
+    b->value_count = count;
+    b->pace = 1;
+    for (k = 0; k < levels && result == GLBK_OK; k++) {
+        result = glbk__ism_begin_spread(ctx, s, &sums[k].target, program, b);
+        if (result != GLBK_OK) return result;
+        glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_values, values);
+        glbk_draw_screen(ctx);
+        values = &sums[k].texture;
+        if (k || !running) b->value_count = glbk__ism_blocks(b->value_count);
+        b->pace = 32;
+    }
+    return result;
+}
+
+/* Lists the receivers of the picture. */
+static glbk_result glbk__ism_list_receivers(glbk_context *ctx, glbk_ism_spread *s, const glbk_gbuffer *seen,
+                                            glbk_ism_scattering *b)
+{
+    glbk_result result = glbk__ism_begin_spread(ctx, s, &s->seen.target, &s->see, b);
+    uint32_t k;
+    if (result != GLBK_OK) return result;
+    (void)glbk_gbuffer_bind(ctx, seen, NULL);       /* The caller has checked it. */
+    glbk_draw_screen(ctx);
+    result = glbk__ism_sum(ctx, s, b, &s->seen.texture, seen->width * seen->height, 1, s->seen_sums, 5);
+    if (result == GLBK_OK) result = glbk__ism_begin_spread(ctx, s, &s->receivers.target, &s->list, b);
+    if (result != GLBK_OK) return result;
+    (void)glbk_gbuffer_bind(ctx, seen, NULL);
+    for (k = 0; k < 4; k++)
+        glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_runs0 + k, &s->seen_sums[k].texture);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_runs4, &s->seen_sums[4].texture);
+    glbk_draw_screen(ctx);
+    return GLBK_OK;
+}
+
+/* Measures triangles, and clusters of them. */
+static glbk_result glbk__ism_measure(glbk_context *ctx, const glbk_ism_maps *m, glbk_ism_spread *s,
+                                     glbk_ism_scattering *b)
+{
+    glbk_result result = glbk__ism_begin_spread(ctx, s, &s->sizes.target, &s->measure, b);
+    if (result != GLBK_OK) return result;
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_triangles, &m->triangle_table);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_positions, &m->positions);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_receivers, &s->receivers.texture);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_runs4, &s->seen_sums[4].texture);
+    glbk_draw_screen(ctx);
+    result = glbk__ism_begin_spread(ctx, s, &s->masses.target, &s->gather, b);
+    if (result != GLBK_OK) return result;
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_triangles, &m->triangle_table);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_positions, &m->positions);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_sizes, &s->sizes.texture);
+    glbk_draw_screen(ctx);
+    return glbk__ism_sum(ctx, s, b, &s->masses.texture, s->cluster_count, 0, s->totals, 3);
+}
+
+/* Draws the effects of clusters on the VPLs of a batch, and their sums. */
+static glbk_result glbk__ism_weigh_pairs(glbk_context *ctx, const glbk_ism_maps *m, glbk_ism_spread *s,
+                                         glbk_ism_scattering *b)
+{
+    const glbk_result result = glbk__ism_begin_spread(ctx, s, &s->effects.target, &s->weigh, b);
+    if (result != GLBK_OK) return result;
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_vpls, &m->vpls);
+    glbk_bind_block(ctx, GLBK_SLOT_glbk_ism_frame, &m->frame);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_masses, &s->masses.texture);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_clusters, &s->clusters);
+    glbk_draw_screen(ctx);
+    return glbk__ism_sum(ctx, s, b, &s->effects.texture, s->cluster_count, 0, s->effect_totals, 3);
+}
+
+/* Draws the shares that clusters have of the surfels of a batch, and their running sums. */
+static glbk_result glbk__ism_share(glbk_context *ctx, const glbk_ism_maps *m, glbk_ism_spread *s,
+                                   glbk_ism_scattering *b)
+{
+    glbk_result result = b->pair ? glbk__ism_weigh_pairs(ctx, m, s, b) : GLBK_OK;
+    if (result == GLBK_OK) result = glbk__ism_begin_spread(ctx, s, &s->shares.target, &s->share, b);
+    if (result != GLBK_OK) return result;
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_masses, &s->masses.texture);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_totals, &s->totals[2].texture);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_values, &s->effects.texture);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_effect_totals, &s->effect_totals[2].texture);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_runs4, &s->seen_sums[4].texture);
+    glbk_draw_screen(ctx);
+    return glbk__ism_sum(ctx, s, b, &s->shares.texture, s->cluster_count, 1, s->share_sums, 3);
+}
+
+/* Binds what surfels are drawn from. */
+static void glbk__ism_bind_shares(glbk_context *ctx, const glbk_ism_spread *s)
+{
+    uint32_t k;
+    for (k = 0; k < 3; k++)
+        glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_runs0 + k, &s->share_sums[k].texture);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_shares, &s->shares.texture);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_totals, &s->totals[2].texture);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_counts, &s->counts.texture);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_masses, &s->masses.texture);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_sizes, &s->sizes.texture);
+}
+
+/* Draws the surfels of a phase and of a batch of VPLs, into the rows of the table's layers that hold them. */
+static glbk_result glbk__ism_draw_surfels(glbk_context *ctx, const glbk_ism_maps *m, glbk_ism_spread *s,
+                                          glbk_ism_scattering *b, uint32_t phase)
+{
+    const uint32_t layer_size = GLBK__ISM_LAYER, each = m->phase_surfel_count;
+    const uint32_t base = m->compute ? phase * each * m->desc.vpl_count : 0;
+    const uint32_t begin = base + b->first_vpl * each, end = begin + b->batch * each;
+    const glbk_texture *table = m->compute ? &m->surfels : &m->phase_surfels[phase];
+    glbk_pass pass;
+    glbk_result result;
+    uint32_t layer;
+    memset(&pass, 0, sizeof pass);
+    pass.target = &s->surfel_target;
+    for (layer = begin / layer_size; layer * layer_size < end; layer++) {
+        const uint32_t start = layer * layer_size, low = begin > start ? begin - start : 0;
+        const uint32_t high = end - start < layer_size ? end - start : layer_size;
+        pass.viewport[1] = (int32_t)(low / 1024);
+        pass.viewport[2] = 1024;
+        pass.viewport[3] = (int32_t)((high + 1023) / 1024 - low / 1024);
+        b->phase = phase;
+        b->first_texel = start - base;
+        result = glbk_begin(ctx, &pass, &s->scatter);
+        if (result == GLBK_OK)
+            result = glbk__put_block(ctx, GLBK_SLOT_glbk_ism_scattering, &s->block, b);
+        if (result != GLBK_OK) return result;
+        ctx->gl.FramebufferTextureLayer(GLBK_GL_DRAW_FRAMEBUFFER, GLBK_GL_COLOR_ATTACHMENT0, table->name, 0,
+                                        (int32_t)layer);
+        glbk__ism_bind_shares(ctx, s);
+        glbk_draw_screen(ctx);
+    }
+    return GLBK_OK;
+}
+
+/* Returns the values of the block that all passes of a frame have in common. */
+static glbk_ism_scattering glbk__ism_scattering_of(const glbk_ism_maps *m, const glbk_ism_spread *s,
+                                                   uint32_t index)
+{
+    const ism_desc *d = &m->desc;
+    glbk_ism_scattering b;
+    memset(&b, 0, sizeof b);
+    b.triangle_count = s->triangle_count;
+    b.cluster_count = s->cluster_count;
+    b.cluster_size = s->triangles_per_cluster;
+    b.batch = s->batch;
+    b.view_width = s->width;
+    b.view_height = s->height;
+    b.views = glbk__ism_views(d);
+    b.pair = glbk__ism_by_pair(d) != 0;
+    b.seed = d->seed;
+    b.key = d->unstable ? glbk_ism__hash_combine(d->seed, index) : d->seed;
+    b.surfel_count = d->surfel_count;
+    b.phase_surfel_count = m->phase_surfel_count;
+    b.lazy_frames = d->lazy_frames;
+    b.vpl_capacity = d->vpl_count;
+    b.vary_surfels = d->vary_surfels != 0;
+    b.area_share = d->area_share > 0 ? d->area_share : 0.2f;
+    return b;
+}
+
+/* Draws how many surfels VPLs have, and then batch by batch shares and surfels. */
+static glbk_result glbk__ism_scatter_all(glbk_context *ctx, glbk_ism_maps *m, glbk_ism_spread *s,
+                                         glbk_ism_scattering *b, uint32_t first, uint32_t end)
+{
+    glbk_result result = glbk__ism_begin_spread(ctx, s, &s->counts.target, &s->count, b);
+    uint32_t vpl, phase;
+    if (result != GLBK_OK) return result;
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_vpls, &m->vpls);
+    glbk_bind_block(ctx, GLBK_SLOT_glbk_ism_frame, &m->frame);
+    glbk_draw_screen(ctx);
+    for (vpl = 0; vpl < m->desc.vpl_count && result == GLBK_OK; vpl += s->batch) {
+        b->first_vpl = vpl;
+        b->batch = m->desc.vpl_count - vpl < s->batch ? m->desc.vpl_count - vpl : s->batch;
+        result = glbk__ism_share(ctx, m, s, b);
+        for (phase = first; phase < end && result == GLBK_OK; phase++)
+            result = glbk__ism_draw_surfels(ctx, m, s, b, phase);
+    }
+    return result;
+}
+
+/* Checks the arguments of glbk_ism_scatter. */
+static glbk_result glbk__ism_check_scatter(const glbk_context *ctx, const char *function,
+                                           const glbk_ism_spread *s, const glbk_ism_maps *m,
+                                           const glbk_gbuffer *seen)
+{
+    glbk_result result = glbk__require_created(ctx, function, "spread", s ? &s->block.name : NULL);
+    if (result == GLBK_OK) result = glbk__ism_check_maps(ctx, function, m);
+    if (result != GLBK_OK) return result;
+    if (m->vpls.name != s->table)
+        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, function, "maps",
+                            "are not those that the spread was made for");
+    if (m->masked)
+        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, function, "the mesh of maps",
+                            "has a mask, whose holes only ism_scatter knows");
+    if (!glbk__ism_views(&m->desc)) return GLBK_OK;
+    return glbk__require_created(ctx, function, "seen", seen ? &seen->colors.name : NULL);
+}
+
+GLBK_DEF glbk_result glbk_ism_scatter(glbk_context *ctx, glbk_ism_spread *s, glbk_ism_maps *m,
+                                      const glbk_gbuffer *seen, uint32_t index)
+{
+    glbk_ism_scattering b;
+    glbk_result result;
+    uint32_t k, first, end;
+    int all;
+    if (!ctx) return GLBK_ERR_ARGUMENT;
+    result = glbk__ism_check_scatter(ctx, __func__, s, m, seen);
+    if (result != GLBK_OK || !m->triangle_count) return result;
+    all = m->desc.unstable || m->desc.vary_surfels;
+    for (k = 0; k < m->desc.lazy_frames; k++) all = all || !(m->phases >> k & 1);
+    first = all ? 0 : index % m->desc.lazy_frames;
+    end = all ? m->desc.lazy_frames : first + 1;
+    result = glbk__ism_hold_triangles(ctx, m, s);
+    if (result == GLBK_OK && glbk__ism_views(&m->desc)) result = glbk__ism_hold_view(ctx, s, seen);
+    if (result != GLBK_OK) return result;
+    b = glbk__ism_scattering_of(m, s, index);
+    if (b.views) result = glbk__ism_list_receivers(ctx, s, seen, &b);
+    if (result == GLBK_OK) result = glbk__ism_measure(ctx, m, s, &b);
+    if (result == GLBK_OK) result = glbk__ism_scatter_all(ctx, m, s, &b, first, end);
+    if (result != GLBK_OK) return result;
+    for (k = first; k < end; k++) m->phases |= (uint64_t)1 << k;
+    return GLBK_OK;
+}
+
+GLBK_DEF void glbk_ism_spread_free(glbk_context *ctx, glbk_ism_spread *s)
+{
+    glbk_program *programs[10];
+    uint32_t k;
+    if (!s) return;
+    programs[0] = &s->see;
+    programs[1] = &s->list;
+    programs[2] = &s->measure;
+    programs[3] = &s->gather;
+    programs[4] = &s->total;
+    programs[5] = &s->weigh;
+    programs[6] = &s->share;
+    programs[7] = &s->run;
+    programs[8] = &s->count;
+    programs[9] = &s->scatter;
+    for (k = 0; k < 10; k++) glbk_program_free(ctx, programs[k]);
+    glbk__ism_free_view(ctx, s);
+    glbk__ism_free_triangles(ctx, s);
+    glbk__ism_free_sheets(ctx, &s->counts, 1);
+    glbk_target_free(ctx, &s->surfel_target);
+    glbk_buffer_free(ctx, &s->block);
+    memset(s, 0, sizeof *s);
 }
 
 /* ==== src/gl_ism/end.h ==== */

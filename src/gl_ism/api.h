@@ -17,8 +17,9 @@ GLBK_DEF glbk_result glbk_ism_near_points_upload(glbk_context *ctx, glbk_ism_map
 GLBK_DEF glbk_result glbk_ism_mesh_move(glbk_context *ctx, glbk_ism_maps *maps, const float *positions,
                                         size_t stride);
 /* Sets new places of the same vertices. You may instead render them into the layers of maps->positions, an
-   RGBA32F table (docs/gpu-layouts.md). ism.h scatters its surfels over the places that ism_scatter is given
-   in any case.
+   RGBA32F table (docs/gpu-layouts.md), or copy them there from a buffer that transform feedback or compute
+   has filled (glTexSubImage3D with GL_PIXEL_UNPACK_BUFFER): glbk_ism_scatter takes them from there. ism.h
+   scatters its surfels over the places that ism_scatter is given in any case.
    positions   x, y, z of each of maps->vertex_count vertices
    stride      bytes from one to the next, a multiple of 4, >= 12; 0 = 12
    Errors      GLBK_ERR_ARGUMENT: a pointer is NULL, maps were not created, or stride is another.
@@ -88,6 +89,7 @@ struct glbk_ism_maps {                  /* the maps of all VPLs; read only; zero
     uint32_t     triangle_count;
     uint64_t     phases;                /* a bit for each phase whose surfels were given */
     int          drawn;                 /* not 0: glbk_ism_draw has succeeded once */
+    int          masked;                /* not 0: the mesh has a mask, which only ism_scatter knows */
     float        sphere[4];             /* about the mesh: centre, radius */
     glbk_texture vpls;                  /* the table of VPLs and near points */
     glbk_texture surfels;               /* the table of surfels of all phases (compute path) */

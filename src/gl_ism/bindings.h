@@ -30,7 +30,25 @@
     X(usampler2D, glbk_ism_column_sums1, 6)                                                             \
     X(usampler2D, glbk_ism_column_sums2, 7)
 
-#define GLBK_ISM_TEXTURES(X) GLBK_ISM_TABLES(X) GLBK_ISM_PICTURES(X) GLBK_ISM_CHOICE_TEXTURES(X)
+/* Of programs that scatter surfels. */
+#define GLBK_ISM_SPREAD_TEXTURES(X)                                                                     \
+    X(usampler2D, glbk_ism_values, 1)           /* sequences that are summed up */                      \
+    X(usampler2DArray, glbk_ism_clusters, 1)    /* of triangles: place; squares of normals */           \
+    X(usampler2D, glbk_ism_shares, 1)           /* of the surfels of VPLs that clusters have */         \
+    X(usampler2D, glbk_ism_runs0, 4)            /* running sums in blocks of 32, */                     \
+    X(usampler2D, glbk_ism_runs1, 5)            /* of 32 blocks, and so on: of shares, */               \
+    X(usampler2D, glbk_ism_runs2, 6)            /* or of receivers, which have five levels */           \
+    X(usampler2D, glbk_ism_runs3, 7)                                                                    \
+    X(usampler2D, glbk_ism_effect_totals, 4)    /* sums of what VPLs see of clusters */                 \
+    X(usampler2D, glbk_ism_totals, 7)           /* area and solid angle of all triangles */             \
+    X(usampler2D, glbk_ism_runs4, 12)                                                                   \
+    X(usampler2D, glbk_ism_counts, 12)          /* surfels of each VPL */                               \
+    X(usampler2D, glbk_ism_receivers, 13)       /* places of receivers */                               \
+    X(usampler2D, glbk_ism_masses, 13)          /* of clusters: area and solid angle */                 \
+    X(usampler2D, glbk_ism_sizes, 14)           /* of triangles: area and solid angle */
+
+#define GLBK_ISM_TEXTURES(X)                                                                            \
+    GLBK_ISM_TABLES(X) GLBK_ISM_PICTURES(X) GLBK_ISM_CHOICE_TEXTURES(X) GLBK_ISM_SPREAD_TEXTURES(X)
 
 #define GLBK_ISM_COUNT_MEMBERS(X)                                                                       \
     X(uint, vpl_count, 1)           /* VPLs in use */                                                   \
@@ -88,10 +106,37 @@
     X(float, flux_factor, 1)        /* what makes ism_desc.flux_share of a factor of fluxes */          \
     X(uint, unused0, 1)
 
+#define GLBK_ISM_SCATTERING_MEMBERS(X)                                                                  \
+    X(uint, triangle_count, 1)      /* of the mesh */                                                   \
+    X(uint, cluster_count, 1)       /* clusters of triangles */                                         \
+    X(uint, cluster_size, 1)        /* triangles of a cluster */                                        \
+    X(uint, first_vpl, 1)           /* of the batch */                                                  \
+    X(uint, batch, 1)               /* VPLs that are worked on */                                       \
+    X(uint, vpl_capacity, 1)        /* VPLs that there is room for */                                   \
+    X(uint, view_width, 1)          /* of the picture, in pixels */                                     \
+    X(uint, view_height, 1)         /* of the picture, in pixels */                                     \
+    X(uint, views, 1)               /* receivers of a triangle; 0 = by area */                          \
+    X(uint, pair, 1)                /* not 0: what a VPL sees of a cluster counts */                    \
+    X(uint, seed, 1)                /* of receivers */                                                  \
+    X(uint, key, 1)                 /* of surfels */                                                    \
+    X(uint, surfel_count, 1)        /* of each VPL, in all phases */                                    \
+    X(uint, phase_surfel_count, 1)  /* of each VPL in one phase */                                      \
+    X(uint, lazy_frames, 1)         /* phases */                                                        \
+    X(uint, phase, 1)               /* that is drawn */                                                 \
+    X(uint, first_texel, 1)         /* number of the layer's first texel among a phase's surfels */     \
+    X(uint, value_count, 1)         /* of a sequence that is summed up */                               \
+    X(uint, pace, 1)                /* values from one that counts to the next */                       \
+    X(uint, vary_surfels, 1)        /* not 0: dark VPLs have fewer surfels */                           \
+    X(float, area_share, 1)         /* ism_desc.area_share, with its default */                         \
+    X(uint, unused0, 1)                                                                                 \
+    X(uint, unused1, 1)                                                                                 \
+    X(uint, unused2, 1)
+
 #define GLBK_ISM_BLOCKS(X)                                                                              \
     X(glbk_ism_frame, 0, GLBK_ISM_FRAME_MEMBERS)                                                        \
     X(glbk_ism_view, 1, GLBK_ISM_VIEW_MEMBERS)                                                          \
-    X(glbk_ism_choosing, 2, GLBK_ISM_CHOOSING_MEMBERS)
+    X(glbk_ism_choosing, 2, GLBK_ISM_CHOOSING_MEMBERS)                                                  \
+    X(glbk_ism_scattering, 3, GLBK_ISM_SCATTERING_MEMBERS)
 
 #define GLBK_ISM_STORAGE(X)
 #define GLBK_ISM_IMAGES(X)                                                                              \

@@ -12,8 +12,8 @@
    - It needs gl_backend.h beside it, which makes the context object, textures and targets, and whose
      conventions, errors and rules about GL's state hold here; gl_programs.h, which makes programs;
      and gl_gbuffer.h, whose G-buffer is lit.
-   - It scatters no surfels: ism.h does. VPLs are chosen by ism.h or, from maps on the GPU, by
-     glbk_ism_choose.
+   - Near points, windows of tiles and skies' VPLs come from ism.h. VPLs are chosen by ism.h or, from maps on
+     the GPU, by glbk_ism_choose; surfels are scattered by ism.h or by glbk_ism_scatter.
 
    Quick start
 
@@ -80,10 +80,11 @@
        glbk_ism_shade(gl, &renderer, &seen, &maps, NULL, 0);
        glbk_ism_resolve(gl, &renderer, &seen, &pass, NULL);
 
-   With a source in textures, such as glbk_rsm_map.texels, one call takes the place of the second and the
-   third, and nothing is read back:
+   With a source in textures, such as glbk_rsm_map.texels, two calls take the place of the first three and of
+   ism_choose and ism_scatter, nothing is read back, and the mesh may have been moved on the GPU:
 
        glbk_ism_choose(gl, &choice, &maps, &map.texels, &seen, index);
+       glbk_ism_scatter(gl, &spread, &maps, &seen, index);
 
    In shaders of your own
 
@@ -100,10 +101,10 @@
    How it works, and conventions
 
    ism.h chooses the VPLs (ism_choose), unless glbk_ism_choose does, and scatters surfels over the mesh
-   (ism_scatter). From these lists the maps are drawn here and the pixels of a G-buffer are lit: surfels are
-   drawn as discs with the depth test, pull and push fill the holes between them, and each pixel sums the
-   light of its VPLs with visibility,
-   interleaved with its neighbours and blurred afterwards. If ctx->compute is set, each of these steps is one
+   (ism_scatter), unless glbk_ism_scatter does. From these lists the maps are drawn here and the pixels of a
+   G-buffer are lit: surfels are drawn as discs with the depth test, pull and push fill the holes between
+   them, and each pixel sums the light of its VPLs with visibility, interleaved with its neighbours and
+   blurred afterwards. If ctx->compute is set, each of these steps is one
    dispatch in shared memory. A surfel is a triangle and barycentric coordinates in it, so geometry that moves
    needs nothing but new positions.
 
@@ -127,7 +128,10 @@
      section 4.2  receivers near the texel       ism_effect         ism__to_pixel       T41
      section 4    flux over N and probability    glbk_ism_choose    ism__make_vpl       T41
      section 4.1  prefix sums, VPL i at i / N    ism_search         ism__draw_vpl       T15 T16
+     section 5.1  solid angle from one receiver  ism_solid_angle    ism__seen_by_view   T48
+     section 5.2  solid angle from eight         ism_solid_angle    ism__seen_by_view   T48
      section 5.3  phases of surfels              glbk_ism_draw      ism_phase_surfels   T57
+     section 5    surfels on triangles           ism_point          ism__points_of      T48
      section 6.1  maps of equal flux, of lobes   ism_map_direction  ism_map_direction   T46 T47
      section 6.2  subsets of VPLs                ism_light          ism__shade_pixel    -
      section 6.2  blur along surfaces            ism_smooth         ism__smooth_pixel   -

@@ -123,16 +123,13 @@ first() {
         } >> "$dir/links"
     done
 }
-# second COMPILER LANGUAGE STANDARD: read only
+# second COMPILER LANGUAGE STANDARD: read only; which functions are static, and the order of includes, is the same in both
 second() {
     line program "$1" "$2" "$3" -O0 'all in one file' "$dir/$1/all2" "$dir/all.one" '' >> "$dir/jobs"
     for h in $names; do
         off="-DNDEBUG -D$(macro "$(prefix "$h")")_NO_SIMD"
         line read "$1" "$2" "$3" '' "$h alone" '' "$dir/$h.impl $dir/$h.use" ''
         line read "$1" "$2" "$3" "$off" "$h alone, NDEBUG, no intrinsics" '' "$dir/$h.impl $dir/$h.use" ''
-        line read "$1" "$2" "$3" '' "$h static" '' "$dir/$h.static" ''
-        line read "$1" "$2" "$3" '' "$h beside a static copy without intrinsics" '' "$dir/$h.other $dir/$h.both" ''
-        line read "$1" "$2" "$3" '' "$h implementation in the middle" '' "$dir/$h.middle" ''
         line read "$1" "$2" "$3" '' "$h after windows.h and Xlib.h" '' "$dir/$h.windows" ''
     done >> "$dir/jobs"
 }

@@ -1,5 +1,6 @@
-/* browsers.mjs - pages of tests in Chromium or in Firefox, driven by puppeteer-core: node browsers.mjs NAME COUNT PAGE.html...
-   runs COUNT browsers side by side, each of which takes the next page when it has shown one. Writes what a page has
+/* browsers.mjs - pages of tests in a browser, driven by puppeteer-core: node browsers.mjs NAME COUNT PAGE.html... NAME says what
+   draws: chromium is Chromium by SwiftShader, angle_gl and angle_gles are Chromium by this machine's OpenGL and OpenGL ES, and
+   firefox is Firefox, which takes OpenGL. Runs COUNT browsers side by side, each of which takes the next page when it has shown one. Writes what a page has
    printed to PAGE.html.dom, the console to PAGE.html.log, and says how long each took. A browser's start takes longer than
    most tests, so it shows many; if it dies, its page gets a new one, once. */
 import puppeteer from 'puppeteer-core';
@@ -8,9 +9,12 @@ import { resolve } from 'node:path';
 
 const limit = 1000 * (process.env.TIMEOUT || 900);
 const [name, count, ...files] = process.argv.slice(2);
+const chromium = (headless, ...args) => ({ executablePath: process.env.CHROMIUM || '/usr/bin/chromium', headless,
+    protocolTimeout: limit, args: ['--no-sandbox', '--disable-dev-shm-usage', ...args] });
 const options = {
-    chromium: { executablePath: process.env.CHROMIUM || '/usr/bin/chromium', headless: true, protocolTimeout: limit,
-        args: ['--no-sandbox', '--disable-dev-shm-usage', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'] },
+    chromium: chromium(true, '--use-angle=swiftshader', '--enable-unsafe-swiftshader'),
+    angle_gl: chromium(false, '--use-gl=angle', '--use-angle=gl', '--ignore-gpu-blocklist'),
+    angle_gles: chromium(false, '--use-gl=angle', '--use-angle=gles', '--ignore-gpu-blocklist'),
     firefox: { browser: 'firefox', executablePath: process.env.FIREFOX || '/usr/bin/firefox-esr', headless: false, protocolTimeout: limit,
         extraPrefsFirefox: { 'webgl.force-enabled': true, 'gfx.webrender.software': true, 'webgl.out-of-process': false } }
 }[name];

@@ -1,0 +1,73 @@
+// Draws surfels of some VPLs into a layer of the table of surfels (paper 5): stratified random numbers choose for
+// each a cluster by the running sums of shares, a triangle of it, and a place on the triangle.
+// uses: ism_densities ism_hash
+// with: screen.vert
+layout(location = 0) out uvec4 result;
+
+// Returns a place on a triangle by a place in the square; an even density stays even (Heitz 2019: "A
+// low-distortion map between triangle and square").
+vec2 ism_triangle_map(float u, float v)
+{
+    vec2 b = vec2(u - 0.5 * v, 0.5 * v);
+    if (v > u) b = vec2(0.5 * u, v - 0.5 * u);
+    return floor(b * 65535.0) * (1.0 / 65535.0);        // as ism.h keeps it, in 16 bits each
+}
+
+float ism_triangle_density(uint t)
+{
+    ivec2 at = ism_fold(t, glbk_ism_scattering.triangle_count, 0u);
+    return ism_density(uintBitsToFloat(texelFetch(glbk_ism_sizes, at, 0).xy));
+}
+
+// Returns a triangle of cluster c by x, which lies within the cluster's share, and makes x the probability with
+// which it is chosen in the cluster.
+uint ism_choose_triangle(uint c, float share, inout float x)
+{
+    uint first = c * glbk_ism_scattering.cluster_size, chosen = first;
+    uint end = min(first + glbk_ism_scattering.cluster_size, glbk_ism_scattering.triangle_count);
+    ivec2 at = ism_fold(c, glbk_ism_scattering.cluster_count, 0u);
+    float all = ism_density(uintBitsToFloat(texelFetch(glbk_ism_masses, at, 0).xy)), sum = 0.0, width = 0.0;
+    x = x / share * all;
+    for (uint t = first; t < end && !(sum > x); t++) {
+        float density = ism_triangle_density(t);
+        sum += density;
+        if (density > 0.0) {
+            chosen = t;
+            width = density;
+        }
+    }
+    x = width / all;
+    return chosen;
+}
+
+// Makes surfel number `at` of n of VPL v. row: of its shares
+uvec4 ism_point(uint v, uint row, uint at, uint n)
+{
+    uint count = glbk_ism_scattering.cluster_count, n1 = ism_blocks(count), n2 = ism_blocks(n1);
+    uint key = ism_hash_combine(glbk_ism_scattering.key, 0x9000u + v);
+    float all = ism_folded(glbk_ism_runs2, n2 - 1u, n2, row);
+    float x = (float(at) + ism_to_unit(ism_hash_combine(key, at))) / float(n) * all;
+    if (!(all > 0.0)) return uvec4(0u);
+    uint c = ism_find_in_block(glbk_ism_runs2, row, 0u, n2, x);
+    c = ism_find_in_block(glbk_ism_runs1, row, c, n1, x);
+    c = ism_find_in_block(glbk_ism_runs0, row, c, count, x);
+    float share = ism_folded(glbk_ism_shares, c, count, row);
+    uint t = ism_choose_triangle(c, share, x);
+    float probability = share / all * x;
+    uint r = key + at * 3242174889u, s = ism_hash32(key) + at * 2447445413u;
+    vec2 b = ism_triangle_map(ism_to_unit(r), ism_to_unit(s));
+    float area = 0.0;
+    if (probability > 0.0) area = 1.0 / (float(n) * probability);
+    return uvec4(t, floatBitsToUint(vec3(b, area)));
+}
+
+void main()
+{
+    uint i = glbk_ism_scattering.first_texel + (uint(gl_FragCoord.y) << 10) + uint(gl_FragCoord.x);
+    uint each = glbk_ism_scattering.phase_surfel_count, v = i / each, row = v - glbk_ism_scattering.first_vpl;
+    uint at = (i - v * each) * glbk_ism_scattering.lazy_frames + glbk_ism_scattering.phase;
+    if (v < glbk_ism_scattering.first_vpl || row >= glbk_ism_scattering.batch) discard;
+    uint n = texelFetch(glbk_ism_counts, ism_fold(v, glbk_ism_scattering.vpl_capacity, 0u), 0).x;
+    result = uvec4(0u);
+    if (at < n) result = ism_point(v, row * glbk_ism_scattering.pair, at, n);
+}

@@ -1,0 +1,16 @@
+// Draws 1 for each pixel of the G-buffer that is a receiver, and 0 for the others, as one sequence of all pixels.
+// uses: cohsm_math ism_fold gbuffer
+// with: screen.vert
+layout(location = 0) out uint result;
+
+void main()
+{
+    uint width = glbk_ism_scattering.view_width, count = width * glbk_ism_scattering.view_height;
+    uint i = ism_unfold(ivec2(gl_FragCoord.xy), count).x, j = min(i, count - 1u), row = j / width;
+    glbk_point p;
+    bool seen = glbk_read_point(ivec2(j - row * width, row), p);
+    seen = seen && i < count && cohsm_finite3(p.position) && dot(p.normal, p.normal) > 0.25;
+    float one = 0.0;
+    if (seen) one = 1.0;
+    result = floatBitsToUint(one);
+}
