@@ -259,8 +259,8 @@ SFIELD_DEF sfield_result sfield_shade(sfield_scene *scene, const struct sfield_p
    too dark with 2 bands, and 6 % too bright with 3 or 4. Points that are not finite get 0.
    Errors   SFIELD_ERR_ARGUMENT (NULL, a stride, gloss without to_eye, materials beside exponents or ambient),
             SFIELD_ERR_INPUT (a normal or to_eye that is not unit, a material out of range, an entity beyond
-            the list), SFIELD_ERR_MISMATCH (a self-visibility or cache of another basis or count, gloss in a
-            scene of wavelets; SFIELD_PRODUCT_SPARSE: a self-visibility on a rotated entity),
+            the list), SFIELD_ERR_MISMATCH (a self-visibility or cache of another basis or count;
+            SFIELD_PRODUCT_SPARSE: a self-visibility on a rotated entity),
             SFIELD_ERR_LIMIT (2^31 points in a set), SFIELD_ERR_ALLOC
    Cost     with harmonics about 0.1 us for each pair of a point and an occluder in reach */
 
@@ -329,7 +329,7 @@ typedef struct sfield_points {      /* receivers that belong together, neighbour
                                        not wanted */
     float       *ambient;           /* results, a float a point, 0..1: the integral of V cos / pi. NULL = not
                                        wanted */
-    float       *gloss;             /* results of harmonics, 3 floats a point. By exponents: the integral of L
+    float       *gloss;             /* results, 3 floats a point. By exponents: the integral of L
                                        V cos (n + 2) / (2 pi) cos^n (angle to the mirrored view). By
                                        materials: of L V cos F D G / (4 (n . l) (n . v)), the specular part of
                                        glTF's metal-rough BRDF. NULL = not wanted */
@@ -9963,50 +9963,53 @@ static void sfield__add_half(uint32_t bands, const float *basis, const float *we
 }
 
 /* Finds draw `at` of a node: its first number, 0..1, and of its angle about z, 0..pi, sine and cosine. */
-static void sfield__find_draw(uint32_t at, double *u, double *sine, double *cosine)
+static void sfield__find_draw(uint32_t at, double *u, double turn[2])
 {
     const double step = 1.0 / (double)SFIELD__DRAWS;
     *u = (at / SFIELD__DRAWS + 0.5) * step;
-    sfield__sincos_d(sfield__pi * (at % SFIELD__DRAWS + 0.5) * step, sine, cosine);
+    sfield__sincos_d(sfield__pi * (at % SFIELD__DRAWS + 0.5) * step, &turn[0], &turn[1]);
 }
 
-/* Adds up the kernels of D V for one roughness and view. Half vectors are drawn as the view sees them, by
-   spherical caps (Dupuy and Benyoub, HPG 2023), on an even grid: what is added up is smooth then, however
-   narrow the lobe is. Of directions mirrored in y one is enough. */
+/* Draws a direction l by the half vectors that a view sees, by spherical caps (Dupuy and Benyoub, HPG 2023),
+   in the frame in which the normal is z and the view lies in the plane of x and z. go: what Smith's shadowing
+   has of the view. Writes s = (1 - v . h)^5 and returns D V over the density of l. */
+static float sfield__draw_direction(const float *view, float alpha, float go, double u, const double *turn,
+                                    float *l, float *s)
+{
+    const float a2 = alpha * alpha, scale = 1 / sqrtf(a2 * view[0] * view[0] + view[2] * view[2]);
+    const float z0 = view[2] * scale, z = (float)(1 - u) * (1 + z0) - z0;
+    const float ring = sqrtf(z * z < 1 ? 1 - z * z : 0);
+    const float x = alpha * (ring * (float)turn[1] + alpha * view[0] * scale);
+    const float y = alpha * ring * (float)turn[0];
+    const float unit = 1 / sqrtf(x * x + y * y + (z + z0) * (z + z0));
+    const float vh = unit * (x * view[0] + (z + z0) * view[2]), off = 1 - (vh < 1 ? vh : 1);
+    l[0] = 2 * vh * unit * x - view[0];
+    l[1] = 2 * vh * unit * y;
+    l[2] = 2 * vh * unit * (z + z0) - view[2];
+    *s = off * off * (off * off) * off;
+    return (view[2] + go) / (fabsf(l[2]) * go + view[2] * sqrtf(a2 + (1 - a2) * l[2] * l[2]));
+}
+
+/* Adds up the kernels of D V for one roughness and view. Directions are drawn on an even grid: what is added
+   up is smooth then, however narrow the lobe is. Of directions mirrored in y one is enough. */
 static void sfield__add_specular(const sfield__brdf *b, float alpha, const float *view, float *node)
 {
     const float a2 = alpha * alpha, go = sqrtf(a2 + (1 - a2) * view[2] * view[2]);
-    const float scale = 1 / sqrtf(a2 * view[0] * view[0] + view[2] * view[2]);
-    const float x0 = alpha * view[0] * scale, z0 = view[2] * scale;
     const float share = 1.0f / (float)(SFIELD__DRAWS * SFIELD__DRAWS);
     const uint32_t half = b->half, other = SFIELD__KERNELS * half;
     float d[48], weight[4][16], basis[SFIELD_MAX_COEFS * 16];
-    uint32_t i, at;
+    uint32_t i, at, k;
     for (at = 0; at < SFIELD__DRAWS * SFIELD__DRAWS; at++) {
-        double u, sine, cosine;
-        float z, ring, h[3], vh;
-        float s, lz, gi, all;
-        sfield__find_draw(at, &u, &sine, &cosine);
-        z = (float)(1 - u) * (1 + z0) - z0;
-        ring = sqrtf(z * z < 1 ? 1 - z * z : 0);
-        h[0] = alpha * (ring * (float)cosine + x0);
-        h[1] = alpha * ring * (float)sine;
-        h[2] = z + z0;
-        all = 1 / sqrtf(h[0] * h[0] + h[1] * h[1] + h[2] * h[2]);
-        vh = all * (h[0] * view[0] + h[2] * view[2]);
+        double u, turn[2];
+        float l[3], s, all;
+        sfield__find_draw(at, &u, turn);
+        all = sfield__draw_direction(view, alpha, go, u, turn, l, &s) * share;
         i = at % 16;
-        d[i] = 2 * vh * all * h[0] - view[0];
-        d[16 + i] = 2 * vh * all * h[1];
-        lz = d[32 + i] = 2 * vh * all * h[2] - view[2];
-        s = 1 - (vh < 1 ? vh : 1);
-        s = s * s * (s * s) * s;
-        gi = sqrtf(a2 + (1 - a2) * lz * lz);
-        /* D V / the density of l, without the cosine */
-        all = (view[2] + go) / (fabsf(lz) * go + view[2] * gi) * share;
+        for (k = 0; k < 3; k++) d[16 * k + i] = l[k];
         weight[2][i] = all * (1 - s);
         weight[3][i] = all * s;
-        weight[0][i] = lz > 0 ? lz * weight[2][i] : 0;
-        weight[1][i] = lz > 0 ? lz * weight[3][i] : 0;
+        weight[0][i] = l[2] > 0 ? l[2] * weight[2][i] : 0;
+        weight[1][i] = l[2] > 0 ? l[2] * weight[3][i] : 0;
         if (i < 15) continue;
         sfield__evaluate_basis16(b->bands, d, basis);
         sfield__add_half(b->bands, basis, weight[0], node + SFIELD__FACING * half);
@@ -10024,14 +10027,14 @@ static void sfield__add_diffuse(const sfield__brdf *b, const float *view, float 
     uint32_t whole, at, i;
     for (whole = 0; whole < 2; whole++)
         for (at = 0; at < SFIELD__DRAWS * SFIELD__DRAWS; at++) {
-            double u, sine, cosine;
+            double u, turn[2];
             float s, z, ring;
-            sfield__find_draw(at, &u, &sine, &cosine);
+            sfield__find_draw(at, &u, turn);
             z = whole ? (float)(2 * u - 1) : (float)sqrt(u);
             ring = sqrtf(1 - z * z);
             i = at % 16;
-            d[i] = ring * (float)cosine;
-            d[16 + i] = ring * (float)sine;
+            d[i] = ring * (float)turn[1];
+            d[16 + i] = ring * (float)turn[0];
             d[32 + i] = z;
             s = 0.5f + 0.5f * (d[i] * view[0] + z * view[2]);
             s = 1 - sqrtf(s > 0 ? s < 1 ? s : 1 : 0);
@@ -10184,6 +10187,13 @@ static void sfield__start_materials(sfield__tile *t)
         sfield__product16(s->algebra, t->start, t->t + k * n, t->start + k * n, SFIELD__LANES, 0);
 }
 
+/* Returns the exponent of a point's lobe, in its range. */
+static float sfield__exponent_of(const sfield_points *set, size_t index)
+{
+    const float n = *sfield__value_of(set->exponents, set->exponent_stride, index);
+    return n > 1 ? (n < 1000 ? n : 1000) : 1;
+}
+
 /* Computes the lobe cos^n about the mirrored view, times (n + 2) / 2 pi. Its moments over x = cos are
    1/(n+1), 1/(n+2) and then I_l = I_(l-2) (n - l + 2) / (n + l + 1). */
 static void sfield__fill_lobe(const sfield__tile *t, float *out)
@@ -10196,9 +10206,7 @@ static void sfield__fill_lobe(const sfield__tile *t, float *out)
         float dot = 0;
         for (k = 0; k < 3; k++) dot += t->n[16 * k + i] * t->view[16 * k + i];
         for (k = 0; k < 3; k++) d[16 * k + i] = 2 * dot * t->n[16 * k + i] - t->view[16 * k + i];
-        n[i] = *(const float *)(const void *)((const char *)(const void *)set->exponents +
-                                              at * set->exponent_stride);
-        n[i] = n[i] > 1 ? (n[i] < 1000 ? n[i] : 1000) : 1;
+        n[i] = sfield__exponent_of(set, at);
         before[i] = (n[i] + 2) / (n[i] + 1);
         now[i] = 1;
     }
@@ -10592,14 +10600,23 @@ typedef struct sfield__point {
     uint8_t     *marks;                         /* six faces of SFIELD__MARKS */
     sfield__ray *ray;
     float       *rgb;                           /* of one point */
+#ifndef SFIELD_WITHOUT_GLOSS
+    float       *kernels;                       /* with gloss: 3 x 6 N^2, BRDFs on texels */
+    const float *kernel;                        /* the one that T begins with; NULL: the cosine */
+#endif
     uint64_t     set_hash;                       /* sfield__hash_set */
     sfield_scene_stats stats;
 } sfield__point;
 
-static size_t sfield__carve_point(sfield__point *p, uint8_t *memory, uint32_t rays, uint32_t cells)
+/* kernels: how many planes of texels BRDFs need */
+static size_t sfield__carve_point(sfield__point *p, uint8_t *memory, uint32_t rays, uint32_t cells,
+                                  uint32_t kernels)
 {
-    size_t floats = 6 * (size_t)cells;
+    size_t floats = (6 + kernels) * (size_t)cells;
     if (memory) {
+#ifndef SFIELD_WITHOUT_GLOSS
+        p->kernels = (float *)(void *)memory + 6 * (size_t)cells;
+#endif
         p->t = (float *)(void *)memory;
         p->haar = p->t + cells;
         p->coefs = p->haar + cells;
@@ -10768,11 +10785,15 @@ static int sfield__is_hidden(const sfield__point *p, uint32_t i, const float *x)
     return 0;
 }
 
-/* Computes T = max(0, cos) x solid angle x visibility of the own object, on texels. */
+/* Computes T = BRDF x max(0, cos) x solid angle x visibility of the own object, on texels. */
 static void sfield__start_texels(sfield__point *p, size_t index, const float *n)
 {
     const sfield_scene *s = p->s;
-    sfield__fill_cosines16(s->texel, s->cells, n, p->t, s->simd);
+#ifndef SFIELD_WITHOUT_GLOSS
+    if (p->kernel) memcpy(p->t, p->kernel, s->cells * sizeof *p->t);
+    else
+#endif
+        sfield__fill_cosines16(s->texel, s->cells, n, p->t, s->simd);
     if (p->set->self) {
         sfield__lists own;
         const int sparse = s->desc.product == SFIELD_PRODUCT_SPARSE;
@@ -11017,6 +11038,10 @@ static void sfield__light_point(sfield__point *p, size_t index, const float *x, 
         *ambient = sfield__ambient_from_cache(s, cache, index * cache->lights + s->light_count);
 }
 
+#ifndef SFIELD_WITHOUT_GLOSS
+static void sfield__light_gloss(sfield__point *p, const sfield__tile *one, uint64_t *hash, float *ambient);
+#endif
+
 static void sfield__shade_point(sfield__point *p, size_t index, uint64_t *hash)
 {
     const sfield_scene *s = p->s;
@@ -11037,6 +11062,9 @@ static void sfield__shade_point(sfield__point *p, size_t index, uint64_t *hash)
     one.set = set;
     one.first = index;
     one.lanes = 1;
+#ifndef SFIELD_WITHOUT_GLOSS
+    one.chains = sfield__count_chains(set);
+#endif
     sfield__load_lanes(&one);
     for (k = 0; k < 3; k++) {
         x[k] = one.p[16 * k];
@@ -11046,7 +11074,11 @@ static void sfield__shade_point(sfield__point *p, size_t index, uint64_t *hash)
     if (one.in_view) {
         p->stats.points++;
         p->stats.lights += lights;
-        sfield__light_point(p, index, x, n, hash, &ambient);
+#ifndef SFIELD_WITHOUT_GLOSS
+        if (one.chains > 1) sfield__light_gloss(p, &one, hash, set->ambient ? &ambient : NULL);
+        else
+#endif
+            sfield__light_point(p, index, x, n, hash, &ambient);
     }
     p->rgb = NULL;
     for (k = 0; k < 3 && set->rgb; k++) set->rgb[3 * index + k] = rgb[k] * 0.318309886f;
@@ -11254,6 +11286,211 @@ static int sfield__can_bundle(const sfield_scene *s, const sfield_points *set)
     return 1;
 }
 
+/* ==== src/shadowfield/wavelets_gloss.h ==== */
+
+/* ---- wavelets: BRDFs on texels ---- */
+
+#ifndef SFIELD_WITHOUT_GLOSS
+typedef struct sfield__lobe {       /* how a point looks to its eye */
+    float n[3], v[3];               /* the normal, and to the eye */
+    float mirror[3], exponent;      /* Phong: n, or 0 for the metal-rough BRDF */
+    float a2, nv, go;               /* metal-rough: alpha^2, n . v and what Smith's shadowing has of both */
+    float width;                    /* of the lobe's half vectors, or of the lobe: a tangent */
+    int   narrow;                   /* not 0: the metal-rough lobe is not much wider than texels */
+} sfield__lobe;
+
+/* Prepares a point's BRDF. set->exponents or set->materials are there. */
+static void sfield__read_lobe(const sfield_points *set, size_t index, const float *n, const float *view,
+                              sfield__lobe *b)
+{
+    float alpha;
+    uint32_t k;
+    b->exponent = 0;
+    b->narrow = 0;
+    b->nv = n[0] * view[0] + n[1] * view[1] + n[2] * view[2];
+    for (k = 0; k < 3; k++) {
+        b->n[k] = n[k];
+        b->v[k] = view[k];
+        b->mirror[k] = 2 * b->nv * n[k] - view[k];
+    }
+    if (!set->materials) {
+        b->exponent = sfield__exponent_of(set, index);
+        b->width = sqrtf(2 / b->exponent);
+        return;
+    }
+    alpha = sfield__alpha_of(sfield__value_of(set->materials, set->material_stride, index)[4]);
+    b->nv = b->nv < 1e-3f ? 1e-3f : b->nv;
+    b->a2 = alpha * alpha;
+    b->go = sqrtf(b->a2 + (1 - b->a2) * b->nv * b->nv);
+    b->width = alpha;
+    b->narrow = alpha < 0.08f;
+}
+
+/* Adds the kernels times cosine in a direction: of the lobe to out[1], of the metal-rough BRDF to all
+   three. */
+static void sfield__add_response(const sfield__lobe *b, const float *l, float *out)
+{
+    const float nl = b->n[0] * l[0] + b->n[1] * l[1] + b->n[2] * l[2];
+    const float vl = b->v[0] * l[0] + b->v[1] * l[1] + b->v[2] * l[2];
+    float nh2, q, s, all;
+    if (!(nl > 0)) return;
+    if (b->exponent > 0) {
+        const float along = b->mirror[0] * l[0] + b->mirror[1] * l[1] + b->mirror[2] * l[2];
+        if (along > 0) out[1] += nl * (b->exponent + 2) * 0.159154943f * sfield__pow(along, b->exponent);
+        return;
+    }
+    s = 0.5f + 0.5f * vl;
+    s = s > 1e-6f ? s < 1 ? s : 1 : 1e-6f;      /* (v . h)^2 */
+    nh2 = (nl + b->nv) * (nl + b->nv) / (4 * s);
+    q = 1 - (nh2 < 1 ? nh2 : 1) * (1 - b->a2);
+    s = 1 - sqrtf(s);
+    s = s * s * (s * s) * s;
+    all = nl * 0.159154943f * b->a2 / (q * q);
+    all /= nl * b->go + b->nv * sqrtf(b->a2 + (1 - b->a2) * nl * nl);
+    out[0] += nl * 0.318309886f * (1 - s);
+    out[1] += all * (1 - s);
+    out[2] += all * s;
+}
+
+/* Returns into how many parts a side a texel is divided, so that one part is not wider than half of what the
+   lobe changes over there. */
+static uint32_t sfield__count_parts(const sfield__lobe *b, const float *l, float texel)
+{
+    float h[3], off = 0, hh = 0;
+    float hv = 0, wide;
+    uint32_t k;
+    if (b->exponent > 0) {
+        for (k = 0; k < 3; k++) off += l[k] * b->mirror[k];
+        /* the lobe's tail has nothing fine */
+        if (off < 1 - 8 * b->width * b->width - texel) return 1;
+        return (uint32_t)(2 * texel / b->width) + 1;
+    }
+    for (k = 0; k < 3; k++) {
+        h[k] = l[k] + b->v[k];
+        hh += h[k] * h[k];
+        off += h[k] * b->n[k];
+        hv += h[k] * b->v[k];
+    }
+    if (!(off > 0)) return 1;
+    /* h turns by 1 / (2 v . h) of what l turns, or half of it */
+    texel *= 0.5f * sqrtf(hh) / (hv > 1e-3f ? hv : 1e-3f);
+    off = hh / (off * off) - 1;
+    wide = 0.5f * ((off > 0 ? sqrtf(off) : 0) - texel);
+    wide = wide > b->width ? wide : b->width;
+    k = (uint32_t)(2 * texel / wide) + 1;
+    return k < 16 ? k : 16;
+}
+
+/* Fills planes of texels with the kernels times cosine times solid angle: a lobe's in the second of them, or
+   those of the metal-rough BRDF in three. */
+static void sfield__fill_texels(const sfield_scene *s, const sfield__lobe *b, float *planes)
+{
+    const uint32_t cells = s->cells, chains = b->exponent > 0 ? 2 : 3;
+    const float texel = 1.57079633f / (float)s->side;
+    uint32_t i, k, part, parts;
+    uint32_t face, x, y;
+    for (i = 0; i < cells; i++) {
+        float l[3], out[3] = { 0, 0, 0 }, scale;
+        for (k = 0; k < 3; k++) l[k] = s->texel[k * cells + i];
+        parts = b->narrow ? 1 : sfield__count_parts(b, l, texel);
+        if (parts == 1) sfield__add_response(b, l, out);
+        else sfield__texel_place(s->side, i, &face, &x, &y);
+        for (part = 0; parts > 1 && part < parts * parts; part++) {
+            const double step = 2.0 / ((double)parts * s->side);
+            double d[3], unit;
+            sfield__from_face(face, (x * parts + part % parts + 0.5) * step - 1,
+                              (y * parts + part / parts + 0.5) * step - 1, d);
+            unit = 1 / sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+            for (k = 0; k < 3; k++) l[k] = (float)(d[k] * unit);
+            sfield__add_response(b, l, out);
+        }
+        scale = s->texel[3 * cells + i] / (float)(parts * parts);
+        for (k = 0; k < chains; k++) planes[k * cells + i] = out[k] * scale;
+    }
+}
+
+/* Fills the planes of D V of a lobe that is not much wider than texels: directions are drawn on an even grid,
+   and each adds to the texel that it falls into. */
+static void sfield__scatter_lobe(const sfield_scene *s, const sfield__lobe *b, float *planes)
+{
+    const float c = b->nv < 1 ? b->nv : 1.0f, view[3] = { sqrtf(1 - c * c), 0, c };
+    const float share = 1.0f / (float)(4 * SFIELD__DRAWS * SFIELD__DRAWS);
+    float *facing = planes + s->cells, *grazing = facing + s->cells;
+    sfield__v3 n = sfield__v3_load(b->n), t = sfield__v3_load(b->v), u;
+    uint32_t at, side;
+    t = sfield__v3_sub(t, sfield__v3_scale(n, sfield__v3_dot(n, t)));
+    if (sfield__v3_dot(t, t) < 1e-12f) t = sfield__v3_cross(n, sfield__v3_make(n.z, n.x, n.y));
+    if (sfield__v3_dot(t, t) < 1e-12f) t = sfield__v3_cross(n, sfield__v3_make(1, 0, 0));
+    t = sfield__v3_normalize(t);
+    u = sfield__v3_cross(n, t);
+    memset(facing, 0, 2 * (size_t)s->cells * sizeof *facing);
+    for (at = 0; at < 2 * SFIELD__DRAWS * SFIELD__DRAWS; at++) {
+        double number, turn[2];
+        float l[3], w, fifth;
+        sfield__find_draw(at / 2, &number, turn);
+        number += (at & 1 ? 0.25 : -0.25) / (double)SFIELD__DRAWS;
+        w = sfield__draw_direction(view, b->width, b->go, number, turn, l, &fifth) * l[2] * share;
+        for (side = 0; side < 2 && l[2] > 0; side++) {
+            const float y = side ? -l[1] : l[1];
+            float d[3];
+            uint32_t texel;
+            sfield__v3_store(d, sfield__v3_make(l[0] * t.x + y * u.x + l[2] * n.x,
+                                                l[0] * t.y + y * u.y + l[2] * n.y,
+                                                l[0] * t.z + y * u.z + l[2] * n.z));
+            texel = sfield_cube_find(s->side, d);
+            facing[texel] += w * (1 - fifth);
+            grazing[texel] += w * fifth;
+        }
+    }
+}
+
+/* Shades a point with gloss: T begins with the BRDF, once for each kernel, and goes through the same
+   entities as that of rgb. */
+static void sfield__light_gloss(sfield__point *p, const sfield__tile *one, uint64_t *hash, float *ambient)
+{
+    const sfield_scene *s = p->s;
+    const sfield_points *set = p->set;
+    const size_t index = one->first;
+    const int chains = one->chains;
+    float x[3], n[3], view[3], sum[3][3] = { { 0 } };
+    float *rgb = p->rgb, *gloss = set->gloss + 3 * index;
+    sfield_scene_stats stats;
+    sfield__lobe b;
+    uint32_t count, until;
+    int c;
+    for (c = 0; c < 3; c++) {
+        x[c] = one->p[16 * c];
+        n[c] = one->n[16 * c];
+        view[c] = one->view[16 * c];
+    }
+    count = sfield__find_rays(p, x, n);
+    until = sfield__find_stale(p, index, count, hash);
+    sfield__read_lobe(set, index, n, view, &b);
+    sfield__fill_texels(s, &b, p->kernels);
+    if (b.narrow) sfield__scatter_lobe(s, &b, p->kernels);
+    memset(&stats, 0, sizeof stats);
+    for (c = 0; c < chains; c++) {
+        p->kernel = chains == 2 && c == 0 ? NULL : p->kernels + (size_t)c * s->cells;
+        p->rgb = sum[c];
+        if (until) sfield__walk_rays(p, index, x, n, count, hash, until, c == 0 ? ambient : NULL);
+        if (c == 0) stats = p->stats;
+    }
+    p->stats = stats;                           /* entities count once */
+    p->kernel = NULL;
+    for (c = 0; c < 3; c++) {
+        if (chains == 2) {
+            rgb[c] = sum[0][c];
+            gloss[c] = sum[1][c];
+        } else {
+            const float f0 =
+                sfield__facing_of(sfield__value_of(set->materials, set->material_stride, index), (uint32_t)c);
+            rgb[c] = sum[0][c] * (1 - f0) * 3.14159265f;        /* the caller divides by pi */
+            gloss[c] = f0 * sum[1][c] + sum[2][c];
+        }
+    }
+}
+#endif
+
 /* ==== src/shadowfield/wavelets_shade.h ==== */
 
 /* ---- wavelets: shading a set of points ---- */
@@ -11264,10 +11501,20 @@ static void sfield__shade_set_haar(const sfield__job *job, const sfield_points *
     const sfield_scene *s = job->s;
     uint64_t *hash = (uint64_t *)(void *)memory;
     const uint32_t rays = s->occluder_count + s->light_count;
-    const int bundles = sfield__can_bundle(s, set);
+    int bundles = sfield__can_bundle(s, set);
+    uint32_t kernels = 0;
     sfield__point p;
     sfield__bundle b;
     size_t i, k;
+#ifndef SFIELD_WITHOUT_GLOSS
+    sfield_points plain = *set;
+    if (sfield__count_chains(set) > 1) {        /* each point by itself, and nothing is kept */
+        bundles = 0;
+        kernels = SFIELD__KERNELS;
+        plain.cache = NULL;
+        set = &plain;
+    }
+#endif
     memset(&p, 0, sizeof p);
     memset(&b, 0, sizeof b);
     p.s = b.s = s;
@@ -11275,10 +11522,11 @@ static void sfield__shade_set_haar(const sfield__job *job, const sfield_points *
     p.set_hash = sfield__hash_set(s, set);
     p.stats = *stats;
     memory += ((size_t)s->light_count + 8) / 8 * 64;
-    memory += sfield__carve_point(&p, memory, rays, s->cells);
+    memory += sfield__carve_point(&p, memory, rays, s->cells, kernels);
     (void)sfield__carve_bundle(&b, memory, rays, s->side);
     for (i = piece * SFIELD__LANES; i < set->count; i += job->pieces * SFIELD__LANES) {
         const size_t end = i + SFIELD__LANES < set->count ? i + SFIELD__LANES : set->count;
+        if (set->gloss) memset(set->gloss + 3 * i, 0, 3 * (end - i) * sizeof *set->gloss);
         if (bundles) sfield__shade_bundle(&p, &b, i, (uint32_t)(end - i), hash);
         for (k = i; k < end && !bundles; k++) sfield__shade_point(&p, k, hash);
     }
@@ -11286,10 +11534,10 @@ static void sfield__shade_set_haar(const sfield__job *job, const sfield_points *
 }
 
 /* Counts the bytes that a task of the above needs. */
-static uint64_t sfield__scratch_haar(const sfield_scene *s)
+static uint64_t sfield__scratch_haar(const sfield_scene *s, uint32_t kernels)
 {
     const uint32_t rays = s->occluder_count + s->light_count;
-    return sfield__carve_point(NULL, NULL, rays, s->cells) +
+    return sfield__carve_point(NULL, NULL, rays, s->cells, kernels) +
            (uint64_t)sfield__carve_bundle(NULL, NULL, rays, s->side) + ((size_t)s->light_count + 8) / 8 * 64;
 }
 
@@ -11402,8 +11650,6 @@ static sfield_result sfield__check_set(const sfield__logger *log, const sfield_s
         return sfield__fail(log, SFIELD_ERR_MISMATCH, "points->gloss",
                             "is not in this header, joined without gloss");
 #else
-    if (p->gloss && !s->algebra)
-        return sfield__fail(log, SFIELD_ERR_MISMATCH, "points->gloss", "is not made by wavelets");
     result = sfield__count_chains(p) > 1 ? sfield__check_gloss(log, p) : SFIELD_OK;
     if (result != SFIELD_OK) return result;
 #endif
@@ -11445,10 +11691,10 @@ static sfield_result sfield__shade_all(sfield__job *job, sfield_scene_stats *sta
         const uint32_t own = (uint32_t)sfield__count_chains(&job->sets[i]);
         chains = own > chains ? own : chains;
     }
-    if (chains == 3 && !s->brdf && sfield__make_brdf(s) != SFIELD_OK) return SFIELD_ERR_ALLOC;
+    if (chains == 3 && s->algebra && !s->brdf && sfield__make_brdf(s) != SFIELD_OK) return SFIELD_ERR_ALLOC;
 #endif
 #ifndef SFIELD_WITHOUT_WAVELETS
-    if (!s->algebra) bytes += sfield__scratch_haar(s);
+    if (!s->algebra) bytes += sfield__scratch_haar(s, chains > 1 ? 3 : 0);
     else
 #endif
         bytes += sfield__carve_tile(NULL, NULL, s->occluder_count, s->light_count, s->coefs, chains);

@@ -67,8 +67,8 @@ SFIELD_DEF sfield_result sfield_shade(sfield_scene *scene, const struct sfield_p
    too dark with 2 bands, and 6 % too bright with 3 or 4. Points that are not finite get 0.
    Errors   SFIELD_ERR_ARGUMENT (NULL, a stride, gloss without to_eye, materials beside exponents or ambient),
             SFIELD_ERR_INPUT (a normal or to_eye that is not unit, a material out of range, an entity beyond
-            the list), SFIELD_ERR_MISMATCH (a self-visibility or cache of another basis or count, gloss in a
-            scene of wavelets; SFIELD_PRODUCT_SPARSE: a self-visibility on a rotated entity),
+            the list), SFIELD_ERR_MISMATCH (a self-visibility or cache of another basis or count;
+            SFIELD_PRODUCT_SPARSE: a self-visibility on a rotated entity),
             SFIELD_ERR_LIMIT (2^31 points in a set), SFIELD_ERR_ALLOC
    Cost     with harmonics about 0.1 us for each pair of a point and an occluder in reach */
 
@@ -137,7 +137,7 @@ typedef struct sfield_points {      /* receivers that belong together, neighbour
                                        not wanted */
     float       *ambient;           /* results, a float a point, 0..1: the integral of V cos / pi. NULL = not
                                        wanted */
-    float       *gloss;             /* results of harmonics, 3 floats a point. By exponents: the integral of L
+    float       *gloss;             /* results, 3 floats a point. By exponents: the integral of L
                                        V cos (n + 2) / (2 pi) cos^n (angle to the mirrored view). By
                                        materials: of L V cos F D G / (4 (n . l) (n . v)), the specular part of
                                        glTF's metal-rough BRDF. NULL = not wanted */

@@ -52,50 +52,53 @@ static void sfield__add_half(uint32_t bands, const float *basis, const float *we
 }
 
 /* Finds draw `at` of a node: its first number, 0..1, and of its angle about z, 0..pi, sine and cosine. */
-static void sfield__find_draw(uint32_t at, double *u, double *sine, double *cosine)
+static void sfield__find_draw(uint32_t at, double *u, double turn[2])
 {
     const double step = 1.0 / (double)SFIELD__DRAWS;
     *u = (at / SFIELD__DRAWS + 0.5) * step;
-    sfield__sincos_d(sfield__pi * (at % SFIELD__DRAWS + 0.5) * step, sine, cosine);
+    sfield__sincos_d(sfield__pi * (at % SFIELD__DRAWS + 0.5) * step, &turn[0], &turn[1]);
 }
 
-/* Adds up the kernels of D V for one roughness and view. Half vectors are drawn as the view sees them, by
-   spherical caps (Dupuy and Benyoub, HPG 2023), on an even grid: what is added up is smooth then, however
-   narrow the lobe is. Of directions mirrored in y one is enough. */
+/* Draws a direction l by the half vectors that a view sees, by spherical caps (Dupuy and Benyoub, HPG 2023),
+   in the frame in which the normal is z and the view lies in the plane of x and z. go: what Smith's shadowing
+   has of the view. Writes s = (1 - v . h)^5 and returns D V over the density of l. */
+static float sfield__draw_direction(const float *view, float alpha, float go, double u, const double *turn,
+                                    float *l, float *s)
+{
+    const float a2 = alpha * alpha, scale = 1 / sqrtf(a2 * view[0] * view[0] + view[2] * view[2]);
+    const float z0 = view[2] * scale, z = (float)(1 - u) * (1 + z0) - z0;
+    const float ring = sqrtf(z * z < 1 ? 1 - z * z : 0);
+    const float x = alpha * (ring * (float)turn[1] + alpha * view[0] * scale);
+    const float y = alpha * ring * (float)turn[0];
+    const float unit = 1 / sqrtf(x * x + y * y + (z + z0) * (z + z0));
+    const float vh = unit * (x * view[0] + (z + z0) * view[2]), off = 1 - (vh < 1 ? vh : 1);
+    l[0] = 2 * vh * unit * x - view[0];
+    l[1] = 2 * vh * unit * y;
+    l[2] = 2 * vh * unit * (z + z0) - view[2];
+    *s = off * off * (off * off) * off;
+    return (view[2] + go) / (fabsf(l[2]) * go + view[2] * sqrtf(a2 + (1 - a2) * l[2] * l[2]));
+}
+
+/* Adds up the kernels of D V for one roughness and view. Directions are drawn on an even grid: what is added
+   up is smooth then, however narrow the lobe is. Of directions mirrored in y one is enough. */
 static void sfield__add_specular(const sfield__brdf *b, float alpha, const float *view, float *node)
 {
     const float a2 = alpha * alpha, go = sqrtf(a2 + (1 - a2) * view[2] * view[2]);
-    const float scale = 1 / sqrtf(a2 * view[0] * view[0] + view[2] * view[2]);
-    const float x0 = alpha * view[0] * scale, z0 = view[2] * scale;
     const float share = 1.0f / (float)(SFIELD__DRAWS * SFIELD__DRAWS);
     const uint32_t half = b->half, other = SFIELD__KERNELS * half;
     float d[48], weight[4][16], basis[SFIELD_MAX_COEFS * 16];
-    uint32_t i, at;
+    uint32_t i, at, k;
     for (at = 0; at < SFIELD__DRAWS * SFIELD__DRAWS; at++) {
-        double u, sine, cosine;
-        float z, ring, h[3], vh;
-        float s, lz, gi, all;
-        sfield__find_draw(at, &u, &sine, &cosine);
-        z = (float)(1 - u) * (1 + z0) - z0;
-        ring = sqrtf(z * z < 1 ? 1 - z * z : 0);
-        h[0] = alpha * (ring * (float)cosine + x0);
-        h[1] = alpha * ring * (float)sine;
-        h[2] = z + z0;
-        all = 1 / sqrtf(h[0] * h[0] + h[1] * h[1] + h[2] * h[2]);
-        vh = all * (h[0] * view[0] + h[2] * view[2]);
+        double u, turn[2];
+        float l[3], s, all;
+        sfield__find_draw(at, &u, turn);
+        all = sfield__draw_direction(view, alpha, go, u, turn, l, &s) * share;
         i = at % 16;
-        d[i] = 2 * vh * all * h[0] - view[0];
-        d[16 + i] = 2 * vh * all * h[1];
-        lz = d[32 + i] = 2 * vh * all * h[2] - view[2];
-        s = 1 - (vh < 1 ? vh : 1);
-        s = s * s * (s * s) * s;
-        gi = sqrtf(a2 + (1 - a2) * lz * lz);
-        /* D V / the density of l, without the cosine */
-        all = (view[2] + go) / (fabsf(lz) * go + view[2] * gi) * share;
+        for (k = 0; k < 3; k++) d[16 * k + i] = l[k];
         weight[2][i] = all * (1 - s);
         weight[3][i] = all * s;
-        weight[0][i] = lz > 0 ? lz * weight[2][i] : 0;
-        weight[1][i] = lz > 0 ? lz * weight[3][i] : 0;
+        weight[0][i] = l[2] > 0 ? l[2] * weight[2][i] : 0;
+        weight[1][i] = l[2] > 0 ? l[2] * weight[3][i] : 0;
         if (i < 15) continue;
         sfield__evaluate_basis16(b->bands, d, basis);
         sfield__add_half(b->bands, basis, weight[0], node + SFIELD__FACING * half);
@@ -113,14 +116,14 @@ static void sfield__add_diffuse(const sfield__brdf *b, const float *view, float 
     uint32_t whole, at, i;
     for (whole = 0; whole < 2; whole++)
         for (at = 0; at < SFIELD__DRAWS * SFIELD__DRAWS; at++) {
-            double u, sine, cosine;
+            double u, turn[2];
             float s, z, ring;
-            sfield__find_draw(at, &u, &sine, &cosine);
+            sfield__find_draw(at, &u, turn);
             z = whole ? (float)(2 * u - 1) : (float)sqrt(u);
             ring = sqrtf(1 - z * z);
             i = at % 16;
-            d[i] = ring * (float)cosine;
-            d[16 + i] = ring * (float)sine;
+            d[i] = ring * (float)turn[1];
+            d[16 + i] = ring * (float)turn[0];
             d[32 + i] = z;
             s = 0.5f + 0.5f * (d[i] * view[0] + z * view[2]);
             s = 1 - sqrtf(s > 0 ? s < 1 ? s : 1 : 0);
@@ -273,6 +276,13 @@ static void sfield__start_materials(sfield__tile *t)
         sfield__product16(s->algebra, t->start, t->t + k * n, t->start + k * n, SFIELD__LANES, 0);
 }
 
+/* Returns the exponent of a point's lobe, in its range. */
+static float sfield__exponent_of(const sfield_points *set, size_t index)
+{
+    const float n = *sfield__value_of(set->exponents, set->exponent_stride, index);
+    return n > 1 ? (n < 1000 ? n : 1000) : 1;
+}
+
 /* Computes the lobe cos^n about the mirrored view, times (n + 2) / 2 pi. Its moments over x = cos are
    1/(n+1), 1/(n+2) and then I_l = I_(l-2) (n - l + 2) / (n + l + 1). */
 static void sfield__fill_lobe(const sfield__tile *t, float *out)
@@ -285,9 +295,7 @@ static void sfield__fill_lobe(const sfield__tile *t, float *out)
         float dot = 0;
         for (k = 0; k < 3; k++) dot += t->n[16 * k + i] * t->view[16 * k + i];
         for (k = 0; k < 3; k++) d[16 * k + i] = 2 * dot * t->n[16 * k + i] - t->view[16 * k + i];
-        n[i] = *(const float *)(const void *)((const char *)(const void *)set->exponents +
-                                              at * set->exponent_stride);
-        n[i] = n[i] > 1 ? (n[i] < 1000 ? n[i] : 1000) : 1;
+        n[i] = sfield__exponent_of(set, at);
         before[i] = (n[i] + 2) / (n[i] + 1);
         now[i] = 1;
     }

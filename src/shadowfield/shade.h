@@ -73,8 +73,6 @@ static sfield_result sfield__check_set(const sfield__logger *log, const sfield_s
         return sfield__fail(log, SFIELD_ERR_MISMATCH, "points->gloss",
                             "is not in this header, joined without gloss");
 #else
-    if (p->gloss && !s->algebra)
-        return sfield__fail(log, SFIELD_ERR_MISMATCH, "points->gloss", "is not made by wavelets");
     result = sfield__count_chains(p) > 1 ? sfield__check_gloss(log, p) : SFIELD_OK;
     if (result != SFIELD_OK) return result;
 #endif
@@ -116,10 +114,10 @@ static sfield_result sfield__shade_all(sfield__job *job, sfield_scene_stats *sta
         const uint32_t own = (uint32_t)sfield__count_chains(&job->sets[i]);
         chains = own > chains ? own : chains;
     }
-    if (chains == 3 && !s->brdf && sfield__make_brdf(s) != SFIELD_OK) return SFIELD_ERR_ALLOC;
+    if (chains == 3 && s->algebra && !s->brdf && sfield__make_brdf(s) != SFIELD_OK) return SFIELD_ERR_ALLOC;
 #endif
 #ifndef SFIELD_WITHOUT_WAVELETS
-    if (!s->algebra) bytes += sfield__scratch_haar(s);
+    if (!s->algebra) bytes += sfield__scratch_haar(s, chains > 1 ? 3 : 0);
     else
 #endif
         bytes += sfield__carve_tile(NULL, NULL, s->occluder_count, s->light_count, s->coefs, chains);

@@ -87,11 +87,15 @@ static int sfield__is_hidden(const sfield__point *p, uint32_t i, const float *x)
     return 0;
 }
 
-/* Computes T = max(0, cos) x solid angle x visibility of the own object, on texels. */
+/* Computes T = BRDF x max(0, cos) x solid angle x visibility of the own object, on texels. */
 static void sfield__start_texels(sfield__point *p, size_t index, const float *n)
 {
     const sfield_scene *s = p->s;
-    sfield__fill_cosines16(s->texel, s->cells, n, p->t, s->simd);
+#ifndef SFIELD_WITHOUT_GLOSS
+    if (p->kernel) memcpy(p->t, p->kernel, s->cells * sizeof *p->t);
+    else
+#endif
+        sfield__fill_cosines16(s->texel, s->cells, n, p->t, s->simd);
     if (p->set->self) {
         sfield__lists own;
         const int sparse = s->desc.product == SFIELD_PRODUCT_SPARSE;
@@ -336,6 +340,10 @@ static void sfield__light_point(sfield__point *p, size_t index, const float *x, 
         *ambient = sfield__ambient_from_cache(s, cache, index * cache->lights + s->light_count);
 }
 
+#ifndef SFIELD_WITHOUT_GLOSS
+static void sfield__light_gloss(sfield__point *p, const sfield__tile *one, uint64_t *hash, float *ambient);
+#endif
+
 static void sfield__shade_point(sfield__point *p, size_t index, uint64_t *hash)
 {
     const sfield_scene *s = p->s;
@@ -356,6 +364,9 @@ static void sfield__shade_point(sfield__point *p, size_t index, uint64_t *hash)
     one.set = set;
     one.first = index;
     one.lanes = 1;
+#ifndef SFIELD_WITHOUT_GLOSS
+    one.chains = sfield__count_chains(set);
+#endif
     sfield__load_lanes(&one);
     for (k = 0; k < 3; k++) {
         x[k] = one.p[16 * k];
@@ -365,7 +376,11 @@ static void sfield__shade_point(sfield__point *p, size_t index, uint64_t *hash)
     if (one.in_view) {
         p->stats.points++;
         p->stats.lights += lights;
-        sfield__light_point(p, index, x, n, hash, &ambient);
+#ifndef SFIELD_WITHOUT_GLOSS
+        if (one.chains > 1) sfield__light_gloss(p, &one, hash, set->ambient ? &ambient : NULL);
+        else
+#endif
+            sfield__light_point(p, index, x, n, hash, &ambient);
     }
     p->rgb = NULL;
     for (k = 0; k < 3 && set->rgb; k++) set->rgb[3 * index + k] = rgb[k] * 0.318309886f;

@@ -6,10 +6,20 @@ static void sfield__shade_set_haar(const sfield__job *job, const sfield_points *
     const sfield_scene *s = job->s;
     uint64_t *hash = (uint64_t *)(void *)memory;
     const uint32_t rays = s->occluder_count + s->light_count;
-    const int bundles = sfield__can_bundle(s, set);
+    int bundles = sfield__can_bundle(s, set);
+    uint32_t kernels = 0;
     sfield__point p;
     sfield__bundle b;
     size_t i, k;
+#ifndef SFIELD_WITHOUT_GLOSS
+    sfield_points plain = *set;
+    if (sfield__count_chains(set) > 1) {        /* each point by itself, and nothing is kept */
+        bundles = 0;
+        kernels = SFIELD__KERNELS;
+        plain.cache = NULL;
+        set = &plain;
+    }
+#endif
     memset(&p, 0, sizeof p);
     memset(&b, 0, sizeof b);
     p.s = b.s = s;
@@ -17,10 +27,11 @@ static void sfield__shade_set_haar(const sfield__job *job, const sfield_points *
     p.set_hash = sfield__hash_set(s, set);
     p.stats = *stats;
     memory += ((size_t)s->light_count + 8) / 8 * 64;
-    memory += sfield__carve_point(&p, memory, rays, s->cells);
+    memory += sfield__carve_point(&p, memory, rays, s->cells, kernels);
     (void)sfield__carve_bundle(&b, memory, rays, s->side);
     for (i = piece * SFIELD__LANES; i < set->count; i += job->pieces * SFIELD__LANES) {
         const size_t end = i + SFIELD__LANES < set->count ? i + SFIELD__LANES : set->count;
+        if (set->gloss) memset(set->gloss + 3 * i, 0, 3 * (end - i) * sizeof *set->gloss);
         if (bundles) sfield__shade_bundle(&p, &b, i, (uint32_t)(end - i), hash);
         for (k = i; k < end && !bundles; k++) sfield__shade_point(&p, k, hash);
     }
@@ -28,10 +39,10 @@ static void sfield__shade_set_haar(const sfield__job *job, const sfield_points *
 }
 
 /* Counts the bytes that a task of the above needs. */
-static uint64_t sfield__scratch_haar(const sfield_scene *s)
+static uint64_t sfield__scratch_haar(const sfield_scene *s, uint32_t kernels)
 {
     const uint32_t rays = s->occluder_count + s->light_count;
-    return sfield__carve_point(NULL, NULL, rays, s->cells) +
+    return sfield__carve_point(NULL, NULL, rays, s->cells, kernels) +
            (uint64_t)sfield__carve_bundle(NULL, NULL, rays, s->side) + ((size_t)s->light_count + 8) / 8 * 64;
 }
 

@@ -13,14 +13,23 @@ typedef struct sfield__point {
     uint8_t     *marks;                         /* six faces of SFIELD__MARKS */
     sfield__ray *ray;
     float       *rgb;                           /* of one point */
+#ifndef SFIELD_WITHOUT_GLOSS
+    float       *kernels;                       /* with gloss: 3 x 6 N^2, BRDFs on texels */
+    const float *kernel;                        /* the one that T begins with; NULL: the cosine */
+#endif
     uint64_t     set_hash;                       /* sfield__hash_set */
     sfield_scene_stats stats;
 } sfield__point;
 
-static size_t sfield__carve_point(sfield__point *p, uint8_t *memory, uint32_t rays, uint32_t cells)
+/* kernels: how many planes of texels BRDFs need */
+static size_t sfield__carve_point(sfield__point *p, uint8_t *memory, uint32_t rays, uint32_t cells,
+                                  uint32_t kernels)
 {
-    size_t floats = 6 * (size_t)cells;
+    size_t floats = (6 + kernels) * (size_t)cells;
     if (memory) {
+#ifndef SFIELD_WITHOUT_GLOSS
+        p->kernels = (float *)(void *)memory + 6 * (size_t)cells;
+#endif
         p->t = (float *)(void *)memory;
         p->haar = p->t + cells;
         p->coefs = p->haar + cells;

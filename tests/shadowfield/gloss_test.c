@@ -1,5 +1,6 @@
 /* gloss_test - BRDFs in scenes of shadowfield.h: glTF's metal-rough BRDF beside closed forms, beside numerical
-   integration of the same light, its reciprocity, turned scenes, beside a path tracer; what is refused. */
+   integration of the same light, its reciprocity, beside a path tracer; the same and Phong's lobe in wavelets; what is
+   refused. */
 #define SHADOWFIELD_IMPLEMENTATION
 #include "shadowfield.h"
 #include "util.h"
@@ -32,7 +33,8 @@ static void random_sky(sfield_scene *s, uint64_t seed)
     assert_int_equal(sfield_scene_environment(s, map, 16, 8, NULL), SFIELD_OK);
 }
 
-typedef struct eye { float p[3], n[3], v[3], material[5]; } eye;    /* a point, and who looks at it */
+/* A point, and who looks at it: of a material, or where the exponent is not 0 of a lobe. */
+typedef struct eye { float p[3], n[3], v[3], material[5], exponent; } eye;
 
 static void shade_eyes(sfield_scene *s, const eye *e, size_t count, float *rgb, float *gloss)
 {
@@ -42,7 +44,9 @@ static void shade_eyes(sfield_scene *s, const eye *e, size_t count, float *rgb, 
     set.positions = e->p;
     set.normals = e->n;
     set.to_eye = e->v;
-    set.materials = e->material;
+    if (e->exponent > 0) set.exponents = &e->exponent;
+    else set.materials = e->material;
+    set.exponent_stride = sizeof *e;
     set.position_stride = set.normal_stride = set.to_eye_stride = set.material_stride = sizeof *e;
     set.rgb = rgb;
     set.gloss = gloss;
@@ -52,7 +56,7 @@ static void shade_eyes(sfield_scene *s, const eye *e, size_t count, float *rgb, 
 /* An eye in the plane of x and y, at a cosine to the normal +y. */
 static eye eye_at(double cosine, float base, float metallic, float roughness)
 {
-    eye e = { { 0, 0, 0 }, { 0, 1, 0 }, { 0, 0, 0 }, { 0, 0, 0, 0, 0 } };
+    eye e = { { 0, 0, 0 }, { 0, 1, 0 }, { 0, 0, 0 }, { 0, 0, 0, 0, 0 }, 0 };
     e.v[0] = (float)sqrt(1 - cosine * cosine);
     e.v[1] = (float)cosine;
     for (int k = 0; k < 3; k++) e.material[k] = base;
@@ -151,6 +155,14 @@ static void integrate(const eye *e, int channel, uint32_t bands, const float *li
                     l[0] = sqrt(1 - u) * cos(phi);
                     l[1] = sqrt(1 - u) * sin(phi);
                     weight = PI;
+                } else if (e->exponent > 0) {       /* of the lobe itself */
+                    const double mirror[3] = { -v[0], -v[1], v[2] }, m = (double)e->exponent, c = pow(u, 1 / (m + 1));
+                    double about[3][3];
+                    axes_of(mirror, about);
+                    for (int k = 0; k < 3; k++)
+                        l[k] = c * mirror[k] + sqrt(1 - c * c) * (cos(phi) * about[0][k] + sin(phi) * about[1][k]);
+                    if (!(l[2] > 0)) continue;
+                    weight = (m + 2) / (m + 1) * l[2];
                 } else {                            /* of D cos(h) / (4 v . h) */
                     const double c = sqrt((1 - u) / (1 + (alpha * alpha - 1) * u)), s = sqrt(1 - c * c);
                     const double h[3] = { s * cos(phi), s * sin(phi), c }, vh = dot3(v, h);
@@ -158,7 +170,10 @@ static void integrate(const eye *e, int channel, uint32_t bands, const float *li
                     if (!(l[2] > 0) || !(vh > 0)) continue;
                     weight = 4 * vh * l[2] / c * PI * pow(c * c * (alpha * alpha - 1) + 1, 2) / (alpha * alpha);
                 }
-                brdf_of(l, v, f0, alpha, &value[0], &value[1]);
+                if (e->exponent > 0) {
+                    value[0] = 1 / PI;
+                    value[1] = 1;
+                } else brdf_of(l, v, f0, alpha, &value[0], &value[1]);
                 for (int k = 0; k < 3; k++) world[k] = l[0] * axes[0][k] + l[1] * axes[1][k] + l[2] * axes[2][k];
                 weight *= open_share(others, e->p, world);
                 if (light) sfield_sh_basis(bands, world, y);
@@ -227,13 +242,12 @@ static eye random_eye(uint64_t *seed)
 }
 
 /* Relative errors of rgb and gloss, a channel of each eye, beside integrals: roots of mean squares. */
-static void compare(sfield_scene *s, const eye *e, size_t count, uint32_t bands, const spheres *others, int steps,
-                    double off[2])
+static void compare(sfield_scene *s, const eye *e, size_t count, uint32_t bands, const float *sky,
+                    const spheres *others, int steps, double off[2])
 {
-    float sky[3 * 64], rgb[3 * 96], gloss[3 * 96];
+    float rgb[3 * 96], gloss[3 * 96];
     double sum[2][2] = { { 0, 0 }, { 0, 0 } };
     assert_true(count <= 96);
-    assert_int_equal(sfield_scene_sky(s, sky), SFIELD_OK);
     shade_eyes(s, e, count, rgb, gloss);
     for (size_t i = 0; i < count; i++) {
         const int c = (int)(i % 3);
@@ -259,10 +273,12 @@ static void known_lights_are_integrated(void **state)
         sfield_scene *s = scene_of(bands[b]);
         char what[2][80];
         double off[2];
+        float sky[3 * 64];
         eye e[48];
         random_sky(s, 7);
+        assert_int_equal(sfield_scene_sky(s, sky), SFIELD_OK);
         for (int i = 0; i < 48; i++) e[i] = random_eye(&seed);
-        compare(s, e, b == 2 ? 16 : 48, bands[b], NULL, b == 2 ? 64 : 128, off);
+        compare(s, e, b == 2 ? 16 : 48, bands[b], sky, NULL, b == 2 ? 64 : 128, off);
         snprintf(what[0], sizeof what[0], "metal-rough, what is diffuse, beside integrals %s", names[b]);
         snprintf(what[1], sizeof what[1], "metal-rough, what is specular, beside integrals %s", names[b]);
         CONFORM_MAX("gloss", what[0], 0.001, off[0]);
@@ -284,6 +300,7 @@ static void spheres_hide_as_for_a_path_tracer(void **state)
     sfield_entity at[2];
     sfield_field *f = NULL;
     sfield_desc d;
+    float sky[48];
     uint64_t seed = 3;
     (void)state;
     memset(&d, 0, sizeof d);
@@ -297,6 +314,7 @@ static void spheres_hide_as_for_a_path_tracer(void **state)
     }
     assert_int_equal(sfield_scene_entities(s, at, 2), SFIELD_OK);
     random_sky(s, 9);
+    assert_int_equal(sfield_scene_sky(s, sky), SFIELD_OK);
     for (int r = 0; r < 4; r++) {
         double off[2], limited[2];
         char what[3][100];
@@ -307,9 +325,9 @@ static void spheres_hide_as_for_a_path_tracer(void **state)
             e[i].p[2] = rnd_in(&seed, -3, 3);
         }
         others.bands = 0;
-        compare(s, e, 48, 4, &others, 64, off);
+        compare(s, e, 48, 4, sky, &others, 64, off);
         others.bands = 4;
-        compare(s, e, 48, 4, &others, 64, limited);
+        compare(s, e, 48, 4, sky, &others, 64, limited);
         snprintf(what[0], sizeof what[0], "roughness %.1f beside rays, what is diffuse", (double)rough[r]);
         snprintf(what[1], sizeof what[1], "roughness %.1f beside rays, what is specular", (double)rough[r]);
         snprintf(what[2], sizeof what[2], "roughness %.1f beside band-limited rays, what is specular",
@@ -322,6 +340,170 @@ static void spheres_hide_as_for_a_path_tracer(void **state)
     sfield_scene_free(s);
     sfield_free(f);
     model_free(&m);
+}
+
+/* A scene of wavelets under a smooth sky, which is written as coefficients too; its cubes have 32 texels a side. */
+static sfield_scene *wavelets_under(float sky[48])
+{
+    enum { WIDE = 256, HIGH = 128 };
+    static float map[3 * WIDE * HIGH];
+    sfield_scene_desc d;
+    sfield_scene *s = NULL;
+    uint64_t seed = 21;
+    for (int i = 0; i < 48; i++) sky[i] = i % 16 ? rnd_in(&seed, -0.5, 0.5) : 6.0f;
+    for (int i = 0; i < WIDE * HIGH; i++) {     /* the first row looks to +y, the centre to +x, +z is on its right */
+        const double t = PI * (i / WIDE + 0.5) / HIGH, p = 2 * PI * ((i % WIDE + 0.5) / WIDE - 0.5);
+        const double w[3] = { sin(t) * cos(p), cos(t), sin(t) * sin(p) };
+        for (int k = 0; k < 3; k++) map[3 * i + k] = (float)sh_value(4, sky + 16 * k, w);
+    }
+    memset(&d, 0, sizeof d);
+    d.basis = SFIELD_BASIS_HAAR;
+    assert_int_equal(sfield_scene_create(&d, &s), SFIELD_OK);
+    assert_int_equal(sfield_scene_entities(s, NULL, 0), SFIELD_OK);
+    assert_int_equal(sfield_scene_environment(s, map, WIDE, HIGH, NULL), SFIELD_OK);
+    return s;
+}
+
+/* On texels, as wide and as narrow lobes as there are: the smallest is a twentieth of a texel. */
+static void wavelets_have_both_brdfs(void **state)
+{
+    static const float rough[5] = { 1, 0.6f, 0.3f, 0.12f, 0 }, exponents[5] = { 1, 10, 50, 200, 1000 };
+    float sky[48];
+    sfield_scene *s = wavelets_under(sky);
+    uint64_t seed = 12;
+    double worst[3] = { 0, 0, 0 };
+    (void)state;
+    for (int r = 0; r < 10; r++) {
+        double off[2];
+        eye e[16];
+        for (int i = 0; i < 16; i++) {
+            e[i] = random_eye(&seed);
+            e[i].material[4] = rough[r % 5];
+            if (r >= 5) e[i].exponent = exponents[r % 5];
+        }
+        compare(s, e, 16, 4, sky, NULL, 100, off);
+        worst[0] = fmax(worst[0], off[0]);
+        worst[r < 5 ? 1 : 2] = fmax(worst[r < 5 ? 1 : 2], off[1]);
+    }
+    CONFORM_MAX("gloss", "wavelets, what is diffuse, beside integrals", 0.01, worst[0]);
+    CONFORM_MAX("gloss", "wavelets, metal-rough, what is specular, beside integrals", 0.02, worst[1]);
+    CONFORM_MAX("gloss", "wavelets, Phong's lobe beside integrals", 0.02, worst[2]);
+    sfield_scene_free(s);
+}
+
+/* Two spheres again: the shadows of wavelets have edges, so that narrow lobes are right beside rays as they are. */
+static void wavelets_hide_as_for_a_path_tracer(void **state)
+{
+    static const float rough[3] = { 0.7f, 0.3f, 0.15f };
+    const spheres others = { 2, { { 0, 1.2, 0 }, { 2.5, 1.6, 0.8 } }, 0 };
+    float sky[48];
+    sfield_scene *s = wavelets_under(sky);
+    model m = model_sphere(32, 16, 1);
+    sfield_mesh mesh = mesh_of(&m);
+    sfield_entity at[2];
+    sfield_field *f = NULL;
+    sfield_desc d;
+    uint64_t seed = 3;
+    (void)state;
+    memset(&d, 0, sizeof d);
+    d.basis = SFIELD_BASIS_HAAR;
+    d.shell_count = 12;
+    d.position_side = 8;
+    d.keep = 0.1f;
+    assert_int_equal(sfield_build(&d, &mesh, &f, NULL), SFIELD_OK);
+    for (int i = 0; i < 2; i++) {
+        at[i] = upright;
+        at[i].occlusion = f;
+        for (int k = 0; k < 3; k++) at[i].transform[12 + k] = (float)others.center[i][k];
+    }
+    assert_int_equal(sfield_scene_entities(s, at, 2), SFIELD_OK);
+    for (int r = 0; r < 4; r++) {
+        double off[2];
+        char what[100];
+        eye e[32];
+        for (int i = 0; i < 32; i++) {
+            e[i] = eye_at(0.15 + 0.8 * rnd(&seed), 0.8f, i % 2 ? 1.0f : 0.0f, rough[r % 3]);
+            e[i].p[0] = rnd_in(&seed, -3, 4);
+            e[i].p[2] = rnd_in(&seed, -3, 3);
+            if (r == 3) e[i].exponent = 15;
+        }
+        compare(s, e, 32, 4, sky, &others, 64, off);
+        if (r < 3) snprintf(what, sizeof what, "wavelets, roughness %.2f beside rays", (double)rough[r]);
+        else snprintf(what, sizeof what, "wavelets, exponent 15 beside rays");
+        if (r == 2) CONFORM_NOTE("gloss", what, off[1]);        /* the edge lies where the field is interpolated */
+        else CONFORM_MAX("gloss", what, 0.05, off[1]);
+    }
+    sfield_scene_free(s);
+    sfield_free(f);
+    model_free(&m);
+}
+
+/* Products of texels and of coefficients, with a cache and without; rgb is what it is without gloss; points that are
+   not in view get 0. */
+static void wavelets_with_gloss_agree(void **state)
+{
+    enum { COUNT = 40 };
+    static const uint8_t seen[COUNT] = { 1, 0, 1, 1 };
+    float rgb[5][3 * COUNT], gloss[5][3 * COUNT], ambient[2][COUNT];
+    sfield_desc d = small_desc(SFIELD_BASIS_HAAR);
+    sfield_field *f;
+    uint64_t seed = 14, products[2] = { 0, 0 };
+    eye e[COUNT];
+    (void)state;
+    d.cube_side = 16;
+    f = field_of_sphere(&d);
+    for (int i = 0; i < COUNT; i++) {
+        e[i] = eye_at(0.2 + 0.7 * rnd(&seed), 0.8f, 0.5f, rnd_in(&seed, 0.1, 1));
+        e[i].exponent = 20;
+        e[i].p[0] = rnd_in(&seed, -3, 3);
+        e[i].p[2] = rnd_in(&seed, -3, 3);
+    }
+    for (int k = 0; k < 5; k++) {           /* Phong: texels, coefficients, a cache, no gloss; some not in view */
+        sfield_scene_desc scene;
+        sfield_scene *s = NULL;
+        sfield_scene_stats stats;
+        sfield_entity ball = upright;
+        sfield_points set;
+        memset(&scene, 0, sizeof scene);
+        memset(&set, 0, sizeof set);
+        scene.basis = SFIELD_BASIS_HAAR;
+        scene.cube_side = 16;
+        scene.product = k == 1 ? SFIELD_PRODUCT_SPARSE : SFIELD_PRODUCT_TEXELS;
+        assert_int_equal(sfield_scene_create(&scene, &s), SFIELD_OK);
+        ball.occlusion = f;
+        ball.transform[13] = 1.5f;
+        assert_int_equal(sfield_scene_entities(s, &ball, 1), SFIELD_OK);
+        random_sky(s, 5);
+        set.count = COUNT;
+        set.positions = e->p;
+        set.normals = e->n;
+        set.to_eye = e->v;
+        set.exponents = &e->exponent;
+        set.position_stride = set.normal_stride = set.to_eye_stride = set.exponent_stride = sizeof *e;
+        set.rgb = rgb[k];
+        set.gloss = k == 3 ? NULL : gloss[k];
+        set.ambient = k == 0 ? ambient[0] : k == 3 ? ambient[1] : NULL;
+        set.in_view = k == 4 ? seen : NULL;
+        if (k == 2) assert_int_equal(sfield_cache_create(s, COUNT, 1, &set.cache), SFIELD_OK);
+        assert_int_equal(sfield_shade(s, &set, 1, &stats), SFIELD_OK);
+        if (k == 0 || k == 3) products[k / 3] = stats.products;
+        if (k == 2) {
+            assert_int_equal(sfield_shade(s, &set, 1, &stats), SFIELD_OK);
+            assert_int_equal(stats.reused, 0);
+        }
+        sfield_cache_free(set.cache);
+        sfield_scene_free(s);
+    }
+    for (int i = 0; i < 3 * COUNT; i++) {
+        assert_true(gloss[0][i] > 0 && fabsf(gloss[1][i] - gloss[0][i]) < 1e-4f);
+        assert_true(fabsf(rgb[1][i] - rgb[0][i]) < 1e-4f && fabsf(rgb[3][i] - rgb[0][i]) < 1e-5f);
+        assert_true(fabsf(ambient[1][i / 3] - ambient[0][i / 3]) < 1e-5f);
+        assert_true(gloss[4][i] >= (seen[i / 3] ? gloss[0][i] : 0) && gloss[4][i] <= (seen[i / 3] ? gloss[0][i] : 0));
+    }
+    assert_memory_equal(gloss[0], gloss[2], sizeof gloss[0]);
+    assert_int_equal(products[0], products[1]);
+    assert_true(products[0] > COUNT / 2);
+    sfield_free(f);
 }
 
 /* f(l, v) = f(v, l): what a sky of green sends to an eye that counts by red is what red sends to one that counts by
@@ -546,6 +728,9 @@ int main(void)
         cmocka_unit_test(albedos_are_closed_forms),
         cmocka_unit_test(known_lights_are_integrated),
         cmocka_unit_test(spheres_hide_as_for_a_path_tracer),
+        cmocka_unit_test(wavelets_have_both_brdfs),
+        cmocka_unit_test(wavelets_hide_as_for_a_path_tracer),
+        cmocka_unit_test(wavelets_with_gloss_agree),
         cmocka_unit_test(the_brdf_is_reciprocal),
         cmocka_unit_test(self_visibility_brings_the_cosine),
         cmocka_unit_test(materials_do_not_depend_on_threads),
