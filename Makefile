@@ -219,6 +219,7 @@ $(BUILD)/walker.glb: $(TOOLS)/assets/walker
 	@mkdir -p $(@D)
 	$(call say,WRITE,$@)$< > $@
 $(BUILD)/tests/programs/walker_test: | $(BUILD)/walker.glb $(BUILD)/render $(BUILD)/compare
+$(BUILD)/tests/programs/viewer_test: | $(BUILD)/walker.glb
 # They call parts of render from scenes that no command line makes.
 RENDER_TESTS = $(BUILD)/tests/programs/shadowfield_bones_test $(BUILD)/tests/programs/shadowfield_follow_test $(BUILD)/tests/programs/ground_rings_test
 $(RENDER_TESTS): $(filter-out %/main.o,$(call objects,examples/render))

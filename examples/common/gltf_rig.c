@@ -400,6 +400,20 @@ static int set_weights(ex_rig *rig, const gltf_file *file, uint32_t node, ex_bod
     return 0;
 }
 
+/* Which joint moves a vertex most: what holds a skin to be rigid parts needs no more of it. */
+static int set_parts(ex_rig *rig, const ex_shape *shape, ex_mesh *mesh, const char *path, char *error)
+{
+    const uint32_t each = shape->joints_per_vertex;
+    mesh->parts = (uint16_t *)ex_rig_room(rig, (double)shape->vertex_count, sizeof *mesh->parts, path, error);
+    for (size_t i = 0; mesh->parts && i < shape->vertex_count; i++) {
+        uint32_t best = 0;
+        for (uint32_t k = 1; k < each; k++)
+            if (shape->weights[i * each + k] > shape->weights[i * each + best]) best = k;
+        mesh->parts[i] = shape->joints[i * each + best];
+    }
+    return mesh->parts ? 0 : -1;
+}
+
 int ex_rig_add_body(ex_scene *scene, const gltf_file *file, uint32_t node, uint32_t object, const char *path,
                     char *error)
 {
@@ -428,6 +442,7 @@ int ex_rig_add_body(ex_scene *scene, const gltf_file *file, uint32_t node, uint3
         if (copy_mesh(scene, body->mesh, path, error) != 0) return -1;
         body->mesh = scene->objects[object].mesh = scene->mesh_count - 1;
     }
+    if (is_skinned && set_parts(rig, shape, &scene->meshes[body->mesh], path, error) != 0) return -1;
     return set_weights(rig, file, node, body, path, error);
 }
 

@@ -96,6 +96,7 @@ void ex_mesh_free(ex_mesh *mesh)
     free(mesh->uvs);
     free(mesh->indices);
     free(mesh->materials);
+    free(mesh->parts);
     memset(mesh, 0, sizeof *mesh);
 }
 

@@ -31,6 +31,7 @@ typedef struct ex_mesh {         /* one piece in its own space, indexed triangle
     uint32_t *indices;           /* 3 per triangle, all < vertex_count */
     uint32_t *materials;         /* 1 per triangle, index into ex_scene.materials */
     uint32_t  vertex_count, triangle_count;
+    uint16_t *parts;             /* 1 per vertex: the joint of a skin that moves it most, or NULL */
     int       deforms;           /* vertices or materials change with time; all other meshes are rigid */
 } ex_mesh;
 

@@ -1,8 +1,8 @@
 /* shadowfield_bones.c - see shadowfield_parts.h: a mesh that deforms as rigid bodies, its bones, which follow it.
 
-   Pieces of the mesh that hang together become bones: small ones and those inside of others join them, long ones are
-   cut across. Each hides light as its hull does, a closed convex body, and is moved in each frame by the rotation,
-   shift and scale that bring its vertices nearest to where they are. */
+   Pieces of the mesh that hang together, or that a joint of a skin moves, become bones: small ones and those inside of
+   others join them, long ones are cut across. Each hides light as its hull does, a closed convex body, and is moved in
+   each frame by the rotation, shift and scale that bring its vertices nearest to where they are. */
 #include "shadowfield_parts.h"
 
 #include <math.h>
@@ -109,6 +109,22 @@ static uint32_t root_of(uint32_t *parent, uint32_t i)
 typedef struct place_of { float p[3]; uint32_t vertex; } place_of;
 
 static int by_place(const void *a, const void *b) { return memcmp(a, b, 3 * sizeof(float)); }
+
+/* What the joints of a skin move; 0, or -1: out of memory. */
+static int find_parts(const ex_mesh *mesh, uint32_t *parent)
+{
+    uint32_t *first = malloc(65536 * sizeof *first);
+    if (!first)
+        return -1;
+    memset(first, 255, 65536 * sizeof *first);
+    for (uint32_t i = 0; i < mesh->vertex_count; i++) {
+        uint32_t *of_part = &first[mesh->parts[i]];
+        *of_part = *of_part == UINT32_MAX ? i : *of_part;
+        parent[i] = *of_part;
+    }
+    free(first);
+    return 0;
+}
 
 /* parent[i]: a vertex of the same piece; triangles and equal positions hang together. -1: out of memory. */
 static int find_pieces(const ex_mesh *mesh, uint32_t *parent)
@@ -320,7 +336,7 @@ int sf_bones_build(sf_bones *b, const ex_mesh *mesh)
     memset(b, 0, sizeof *b);
     b->piece = malloc((mesh->vertex_count + (size_t)1) * sizeof *b->piece);
     b->of_vertex = malloc((mesh->vertex_count + (size_t)1) * sizeof *b->of_vertex);
-    if (!parent || !b->piece || !b->of_vertex || find_pieces(mesh, parent) != 0) {
+    if (!parent || !b->piece || !b->of_vertex || (mesh->parts ? find_parts : find_pieces)(mesh, parent) != 0) {
         free(parent);
         sf_bones_free(b);
         return -1;

@@ -145,6 +145,7 @@ static void check_column(ex_scene *scene)
         assert_point(scene->meshes[0].normals + 3 * (4 + k), 0, 1, 0);
     }
     for (int k = 0; k < 16; k++) assert_near(scene->objects[0].transform[k], k % 5 == 0, 0);
+    for (int k = 0; k < 6; k++) assert_int_equal(scene->meshes[0].parts[k], k > 3);      /* equal weights: the first */
 }
 
 static void a_column_of_two_bones_bends_by_90_degrees(void **state)

@@ -184,6 +184,22 @@ static void space_plays_and_pauses(void **state)
     assert_true(relative_rmse("viewer-004.pfm", "viewer-005.pfm") > 0.02);
 }
 
+/* A glTF file's animation: the preview gets the vertices of each time. */
+static void a_file_that_walks_plays_and_pauses(void **state)
+{
+    char text[4000];
+    (void)state;
+    need();
+    run_viewer("--size 160x120 $(dirname $VIEWER)/walker.glb",
+               "key p\nshot s\n"                                       /* 1 */
+               "key space\nsleep 1\nkey space\nsleep 1\nshot s\n"     /* 2: another time */
+               "sleep 1\nshot s\n");                                   /* 3: the same */
+    text[read_file("out", (unsigned char *)text, sizeof text - 1)] = 0;
+    if (strstr(text, "libtinygltf-dev")) skip();
+    assert_false(same_file("viewer-001.png", "viewer-002.png"));
+    assert_true(same_file("viewer-002.png", "viewer-003.png"));
+}
+
 /* Frame i of the viewer has the samples of frame i of render, so that the means of a static scene agree but for
  * rounding. */
 static void shows_what_render_writes(void **state)
@@ -538,6 +554,7 @@ int main(int count, char **values)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(keys_change_what_is_shown),
         cmocka_unit_test(space_plays_and_pauses),
+        cmocka_unit_test(a_file_that_walks_plays_and_pauses),
         cmocka_unit_test(shows_what_render_writes),
         cmocka_unit_test(dropped_files_are_shown),
         cmocka_unit_test(minimal_example_draws),

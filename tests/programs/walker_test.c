@@ -174,6 +174,35 @@ static void frames_and_time_play_a_file(void **state)
     }
 }
 
+static void opengl_lights_it_alike(void **state)
+{
+    char scene[700];
+    (void)state;
+    snprintf(scene, sizeof scene, "--scene %s --size 64x48 --time 0.3 --frames 3", walker);
+    ex_scene loaded;
+    load(&loaded);
+    ex_scene_free(&loaded);
+    compare_back_ends("rsm --samples 64 --set side=64", 0.01, scene);
+    compare_back_ends("envshadow --set light_count=8", 0.03, scene);
+    compare_back_ends("ism --set vpl_count=64 --set surfel_count=1000 --set rsm_side=64 --set shadow_map_side=128",
+                      0.03, scene);
+}
+
+/* One surface is one piece, of which cuts across would make two bones; joints make one or more each. */
+static void its_joints_are_bones_of_shadow_fields(void **state)
+{
+    char arguments[900];
+    ex_scene scene;
+    (void)state;
+    load(&scene);
+    assert_non_null(scene.meshes[FIGURE].parts);
+    ex_scene_free(&scene);
+    snprintf(arguments, sizeof arguments, "--technique shadowfield --set bones=1 --set position_side=2 "
+             "--set shell_count=2 --set point_spacing=0.5 --env builtin:uniform --size 64x48 --scene %s --frames 2 --out a.pfm --json -", walker);
+    expect(0, "\"bones\": ", arguments);
+    assert_true(number("bones") >= 16 && number("bones") < 64);
+}
+
 static void an_animation_that_is_not_there_is_refused(void **state)
 {
     char arguments[900];
@@ -201,6 +230,8 @@ int main(void)
         cmocka_unit_test(the_foot_it_stands_on_stays_behind),
         cmocka_unit_test(half_a_lap_is_the_same_figure_turned_about),
         cmocka_unit_test(frames_and_time_play_a_file),
+        cmocka_unit_test(opengl_lights_it_alike),
+        cmocka_unit_test(its_joints_are_bones_of_shadow_fields),
         cmocka_unit_test(an_animation_that_is_not_there_is_refused),
     };
     return cmocka_run_group_tests(tests, begin, close_folder);
