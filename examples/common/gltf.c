@@ -41,6 +41,36 @@ static size_t component_size(int type)
     return type == 5120 || type == 5121 ? 1 : type == 5122 || type == 5123 ? 2 : type == 5125 || type == 5126 ? 4 : 0;
 }
 
+static uint32_t read_bits(const uint8_t *p, size_t size)     /* files are little-endian */
+{
+    uint32_t bits = 0;
+    for (size_t i = 0; i < size; i++) bits |= (uint32_t)p[i] << (8 * i);
+    return bits;
+}
+
+static uint32_t sparse_index(const gltf_sparse *sparse, size_t i)
+{
+    size_t size = component_size(sparse->index_type);
+    return read_bits(sparse->indices + i * size, size);
+}
+
+/* size: bytes of an element. */
+static const char *sparse_problem(const gltf_accessor *a, size_t size)
+{
+    const gltf_sparse *s = &a->sparse;
+    if (s->index_type != 5121 && s->index_type != 5123 && s->index_type != 5125)
+        return "has sparse indices that are not unsigned integers";
+    if (s->count > a->count) return "has an impossible sparse count";
+    if (!s->indices || s->index_bytes / component_size(s->index_type) < s->count)
+        return "has sparse indices beyond their buffer";
+    if (!s->values || s->value_bytes / size < s->count) return "has sparse values beyond their buffer";
+    for (size_t i = 0; i < s->count; i++) {
+        if (sparse_index(s, i) >= a->count) return "has a sparse index beyond its count";
+        if (i && sparse_index(s, i) <= sparse_index(s, i - 1)) return "has sparse indices that do not ascend";
+    }
+    return NULL;
+}
+
 const gltf_accessor *ex_gltf_accessor(const gltf_file *file, int index, int components, const char *what,
                                       const char *path, char *error)
 {
@@ -51,12 +81,13 @@ const gltf_accessor *ex_gltf_accessor(const gltf_file *file, int index, int comp
     const gltf_accessor *a = &file->accessors[index];
     size_t size = component_size(a->component_type) * (size_t)components, stride = a->stride ? a->stride : size;
     const char *problem = NULL;
-    if (a->sparse) problem = "is sparse, which is not supported";
-    else if (!a->data) problem = "has no data";
+    if (!a->data && !a->sparse.count) problem = "has no data";
     else if (size == 0 || a->components != components) problem = "has the wrong type";
     else if (stride < size) problem = "has a stride below its element size";
     else if (a->count == 0 || a->count > 0x7fffffff) problem = "has an impossible count";
-    else if (a->bytes < size || (a->bytes - size) / stride < a->count - 1) problem = "reaches beyond its buffer";
+    else if (a->data && (a->bytes < size || (a->bytes - size) / stride < a->count - 1))
+        problem = "reaches beyond its buffer";
+    else if (a->sparse.count) problem = sparse_problem(a, size);
     if (!problem) return a;
     ex_fail(error, "%s: %s: accessor %d %s", path, what, index, problem);
     return NULL;
@@ -69,15 +100,17 @@ static const gltf_accessor *get_accessor(const loader *l, int index, int compone
 
 static const uint8_t *element(const gltf_accessor *a, size_t i, int component)
 {
-    size_t size = component_size(a->component_type), stride = a->stride ? a->stride : size * (size_t)a->components;
-    return a->data + i * stride + size * (size_t)component;
-}
-
-static uint32_t read_bits(const uint8_t *p, size_t size)     /* files are little-endian */
-{
-    uint32_t bits = 0;
-    for (size_t i = 0; i < size; i++) bits |= (uint32_t)p[i] << (8 * i);
-    return bits;
+    static const uint8_t nothing[4] = {0, 0, 0, 0};
+    size_t size = component_size(a->component_type), whole = size * (size_t)a->components;
+    size_t low = 0, high = a->sparse.count;
+    while (low < high) {                     /* the first sparse index that is not below i */
+        size_t middle = low + (high - low) / 2;
+        if (sparse_index(&a->sparse, middle) < i) low = middle + 1;
+        else high = middle;
+    }
+    if (low < a->sparse.count && sparse_index(&a->sparse, low) == i)
+        return a->sparse.values + low * whole + size * (size_t)component;
+    return a->data ? a->data + i * (a->stride ? a->stride : whole) + size * (size_t)component : nothing;
 }
 
 uint32_t ex_gltf_uint(const gltf_accessor *a, size_t i)

@@ -10,14 +10,22 @@
 extern "C" {
 #endif
 
+typedef struct gltf_sparse {     /* elements in place of an accessor's; count 0 = none. NULL: no such bytes */
+    size_t count;
+    const uint8_t *indices, *values;                /* which elements, ascending; and what they are */
+    size_t index_bytes, value_bytes;                /* from there to the end of their buffer views */
+    int    index_type;           /* 5121, 5123 or 5125 */
+} gltf_sparse;
+
 typedef struct gltf_accessor {
-    const uint8_t *data;         /* first element, or NULL: no such bytes in the file */
+    const uint8_t *data;         /* first element, or NULL: no such bytes in the file; of a sparse one: all 0 */
     size_t   bytes;              /* from data to the end of its buffer view */
     size_t   stride;             /* between elements; 0 = tightly packed */
     size_t   count;
     int      component_type;     /* 5120..5126 as in the file */
     int      components;         /* 1..4, 16 for MAT4; 0 for other matrices and nonsense */
-    int      normalized, sparse;
+    int      normalized;
+    gltf_sparse sparse;
 } gltf_accessor;
 
 typedef struct gltf_primitive {

@@ -133,6 +133,20 @@ int image_of(const tinygltf::Model &model, int texture)
     return valid(texture, model.textures) ? model.textures[static_cast<size_t>(texture)].source : -1;
 }
 
+/* Bytes of a buffer view from an offset on; NULL where there are none. */
+const uint8_t *view_bytes(const tinygltf::Model &model, int number, double offset, size_t *count)
+{
+    *count = 0;
+    if (!valid(number, model.bufferViews)) return nullptr;
+    const tinygltf::BufferView &view = model.bufferViews[static_cast<size_t>(number)];
+    if (!valid(view.buffer, model.buffers)) return nullptr;
+    const std::vector<unsigned char> &data = model.buffers[static_cast<size_t>(view.buffer)].data;
+    if (view.byteOffset > data.size() || view.byteLength > data.size() - view.byteOffset) return nullptr;
+    if (!(offset >= 0) || offset >= static_cast<double>(view.byteLength)) return nullptr;
+    *count = view.byteLength - static_cast<size_t>(offset);
+    return data.data() + view.byteOffset + static_cast<size_t>(offset);
+}
+
 gltf_accessor convert_accessor(const tinygltf::Model &model, const tinygltf::Accessor &from)
 {
     gltf_accessor to = gltf_accessor();
@@ -141,16 +155,16 @@ gltf_accessor convert_accessor(const tinygltf::Model &model, const tinygltf::Acc
     to.components = from.type == TINYGLTF_TYPE_SCALAR ? 1 : from.type >= 2 && from.type <= 4 ? from.type
                   : from.type == TINYGLTF_TYPE_MAT4 ? 16 : 0;
     to.normalized = from.normalized;
-    to.sparse = from.sparse.isSparse;
-    if (!valid(from.bufferView, model.bufferViews)) return to;
-    const tinygltf::BufferView &view = model.bufferViews[static_cast<size_t>(from.bufferView)];
-    if (!valid(view.buffer, model.buffers)) return to;
-    const std::vector<unsigned char> &data = model.buffers[static_cast<size_t>(view.buffer)].data;
-    if (view.byteOffset > data.size() || view.byteLength > data.size() - view.byteOffset) return to;
-    if (from.byteOffset >= view.byteLength) return to;
-    to.data = data.data() + view.byteOffset + from.byteOffset;
-    to.bytes = view.byteLength - from.byteOffset;
-    to.stride = view.byteStride;
+    to.data = view_bytes(model, from.bufferView, static_cast<double>(from.byteOffset), &to.bytes);
+    if (to.data) to.stride = model.bufferViews[static_cast<size_t>(from.bufferView)].byteStride;
+    if (!from.sparse.isSparse) return to;
+    gltf_sparse &sparse = to.sparse;
+    sparse.count = from.sparse.count > 0 ? static_cast<size_t>(from.sparse.count) : to.count + 1;    /* impossible */
+    sparse.index_type = from.sparse.indices.componentType;
+    sparse.indices = view_bytes(model, from.sparse.indices.bufferView,
+                                static_cast<double>(from.sparse.indices.byteOffset), &sparse.index_bytes);
+    sparse.values = view_bytes(model, from.sparse.values.bufferView,
+                               static_cast<double>(from.sparse.values.byteOffset), &sparse.value_bytes);
     return to;
 }
 

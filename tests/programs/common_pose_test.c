@@ -324,6 +324,69 @@ static void a_morph_weight_moves_by_its_share(void **state)
     }
 }
 
+/* Two of four corners named by 8-, 16- or 32-bit numbers, the others 0, or those of an array below. */
+static void sparse_targets_move_what_they_name(void **state)
+{
+    static const float two[6] = {0, 0, 2, 0, 0, 4}, below[12] = {8, 0, 0, 8, 0, 0, 8, 0, 0, 8, 0, 0};
+    static const uint8_t chars[2] = {1, 3};
+    static const uint16_t shorts[2] = {1, 3};
+    static const uint32_t longs[2] = {1, 3};
+    static const void *const data[3] = {chars, shorts, longs};
+    static const int types[3] = {5121, 5123, 5125};
+    char error[EX_ERROR_SIZE], text[300];
+    (void)state;
+    skip_without_parser();
+    for (int form = 0; form < 6; form++) {
+        ex_scene scene;
+        put_square();
+        add(types[form % 3], "\"SCALAR\"", 2, data[form % 3], (size_t)2 << form % 3);       /* view 4 */
+        add_floats("\"VEC3\"", 2, two, 6);
+        add_floats("\"VEC3\"", 4, below, 12);
+        snprintf(text, sizeof text, ",{%s\"componentType\":5126,\"count\":4,\"type\":\"VEC3\",\"sparse\":{\"count\":2,"
+                 "\"indices\":{\"bufferView\":4,\"componentType\":%d},\"values\":{\"bufferView\":5}}}",
+                 form < 3 ? "" : "\"bufferView\":6,", types[form % 3]);
+        strcat(accessors, text);                                                            /* accessor 7 */
+        if (load_with(&scene, error, 0,
+                      "\"meshes\":[{\"weights\":[0.5],\"primitives\":[{\"attributes\":{\"POSITION\":0},\"indices\":1,\"targets\":[{\"POSITION\":7}]}]}],\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0}]"
+                      ) != 0)
+            fail_msg("%s", error);
+        assert_vertex(&scene, 0, 0, form < 3 ? 0 : 4, 0, 0);     /* triangles 0 1 2, 0 2 3, each with its own corners */
+        assert_vertex(&scene, 0, 1, 1, 0, 1);
+        assert_vertex(&scene, 0, 2, form < 3 ? 1 : 5, 1, 0);
+        assert_vertex(&scene, 0, 5, 0, 1, 2);
+        ex_scene_free(&scene);
+    }
+}
+
+static void sparse_accessors_that_cannot_be_are_refused(void **state)
+{
+    static const char *const faults[6][2] = {
+        { "\"count\":5,\"indices\":{\"bufferView\":1,\"componentType\":5121},\"values\":{\"bufferView\":0}", "sparse count"},
+        { "\"count\":2,\"indices\":{\"bufferView\":1,\"componentType\":5122},\"values\":{\"bufferView\":0}", "not unsigned"},
+        { "\"count\":2,\"indices\":{\"bufferView\":9,\"componentType\":5121},\"values\":{\"bufferView\":0}", "indices beyond"},
+        { "\"count\":2,\"indices\":{\"bufferView\":4,\"componentType\":5121},\"values\":{\"bufferView\":0,\"byteOffset\":25}",
+         "values beyond"},
+        { "\"count\":2,\"indices\":{\"bufferView\":4,\"componentType\":5121},\"values\":{\"bufferView\":0}", "beyond its count"},
+        { "\"count\":2,\"indices\":{\"bufferView\":5,\"componentType\":5121},\"values\":{\"bufferView\":0}", "not ascend"}};
+    static const uint8_t high[2] = {1, 4}, down[2] = {2, 1};
+    char error[EX_ERROR_SIZE], text[400];
+    (void)state;
+    skip_without_parser();
+    for (int i = 0; i < 6; i++) {
+        ex_scene scene;
+        put_square();
+        add(5121, "\"SCALAR\"", 2, high, sizeof high);           /* view 4 */
+        add(5121, "\"SCALAR\"", 2, down, sizeof down);
+        snprintf(text, sizeof text, ",{\"componentType\":5126,\"count\":4,\"type\":\"VEC3\",\"sparse\":{%s}}",
+                 faults[i][0]);
+        strcat(accessors, text);                                 /* accessor 6 */
+        assert_int_equal(load_with(&scene, error, 0,
+                                   "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":6}}]}],"
+                                   "\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0}]"), -1);
+        if (!strstr(error, faults[i][1]) || !strstr(error, "POSITION: accessor 6")) fail_msg("%s", error);
+    }
+}
+
 /* Normals of a file move by the targets' differences, and are unit again; then skins turn them. */
 static void morph_targets_come_before_skins(void **state)
 {
@@ -688,6 +751,8 @@ int main(void)
         cmocka_unit_test(who_asks_for_no_animation_gets_the_files_vertices),
         cmocka_unit_test(nodes_that_share_a_mesh_move_apart),
         cmocka_unit_test(a_morph_weight_moves_by_its_share),
+        cmocka_unit_test(sparse_targets_move_what_they_name),
+        cmocka_unit_test(sparse_accessors_that_cannot_be_are_refused),
         cmocka_unit_test(morph_targets_come_before_skins),
         cmocka_unit_test(linear_and_step_tracks_pass_through_their_keys),
         cmocka_unit_test(cubic_splines_have_their_tangents),
