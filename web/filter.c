@@ -254,3 +254,11 @@ EMSCRIPTEN_KEEPALIVE const float *pg_filter_measure(void)
     free(light);
     return out;
 }
+
+int pg_scene_lights(const pg_stage *stage, const float knobs[PG_KNOBS], pg_lights *out, char *error)
+{
+    (void)stage;
+    (void)knobs;
+    (void)out;
+    return ex_fail(error, "the page measures itself against every texel of its map");
+}

@@ -12,6 +12,7 @@ enum { BANDS = 5, COEFS = BANDS * BANDS, PIECES = 32, KINDS = 6, LAMPS = 2, ENTI
 enum { LAMP_LIGHT, SKY_LIGHT, LAMP_COUNT };             /* knobs */
 
 static const float lamp_radius = 0.025f, lamp_height = 0.11f, grip = 0.03f, cell = 0.005f;
+static const float sky_tint[3] = { 0.75f, 0.87f, 1 };
 static const float game_time = 7.99f;                   /* seconds; ten moves have been played */
 
 static struct game {
@@ -215,12 +216,11 @@ static glbk_result place(pg_stage *stage, const float knobs[PG_KNOBS])
 /* A sky that is brighter above: coefficients of 1 and of y. */
 static glbk_result set_sky(pg_stage *stage, float light)
 {
-    static const float tint[3] = { 0.75f, 0.87f, 1 };
     float coefs[3 * COEFS] = { 0 };
     for (int k = 0; k < 3; k++) {
-        coefs[COEFS * k] = 3.5449f * light * tint[k];
-        coefs[COEFS * k + 1] = 0.6f * 2.0467f * light * tint[k];
-        stage->backdrop[k] = 0.5f * light * tint[k] + 0.01f;
+        coefs[COEFS * k] = 3.5449f * light * sky_tint[k];
+        coefs[COEFS * k + 1] = 0.6f * 2.0467f * light * sky_tint[k];
+        stage->backdrop[k] = 0.5f * light * sky_tint[k] + 0.01f;
     }
     return glbk_sfield_scene_sky(stage->gl, &game.scene, light > 0 ? coefs : NULL);
 }
@@ -248,5 +248,29 @@ int pg_scene_light(pg_stage *stage, const float knobs[PG_KNOBS], float time, cha
     if (result != GLBK_OK) return pg_failed("the light", result, error);
     glbk_bind_texture(gl, GLBK_SLOT_glbk_user0, &game.renderer.light);
     glbk_draw_screen(gl);
+    return 0;
+}
+
+int pg_scene_lights(const pg_stage *stage, const float knobs[PG_KNOBS], pg_lights *out, char *error)
+{
+    enum { WIDTH = 64, HEIGHT = 32 };
+    memset(out, 0, sizeof *out);
+    out->count = (uint32_t)knobs[LAMP_COUNT];
+    for (uint32_t i = 0; i < out->count; i++) {
+        out->lights[i].kind = EX_LIGHT_SPHERE;
+        out->lights[i].radius = lamp_radius;
+        for (int k = 0; k < 3; k++) {
+            out->lights[i].position[k] = stage->handles[i].position[k];
+            out->lights[i].value[k] = knobs[LAMP_LIGHT] * stage->handles[i].color[k];
+        }
+    }
+    out->sky.rgb = malloc(3 * WIDTH * HEIGHT * sizeof *out->sky.rgb);
+    if (!out->sky.rgb) return ex_fail(error, "out of memory");
+    out->sky.width = WIDTH;
+    out->sky.height = HEIGHT;
+    for (uint32_t i = 0; i < WIDTH * HEIGHT; i++)       /* the same as set_sky's */
+        for (uint32_t k = 0; k < 3; k++)
+            out->sky.rgb[3 * i + k] = knobs[SKY_LIGHT] * sky_tint[k] *
+                                      (1 + 0.6f * cosf(EX_PI * ((float)(i / WIDTH) + 0.5f) / HEIGHT));
     return 0;
 }

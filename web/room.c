@@ -338,3 +338,19 @@ int pg_scene_light(pg_stage *stage, const float knobs[PG_KNOBS], float time, cha
     if (result == GLBK_OK && bounce == ISM_BOUNCE) result = bounce_by_ism(stage, &pass);
     return result == GLBK_OK ? 0 : pg_failed("the light", result, error);
 }
+
+int pg_scene_lights(const pg_stage *stage, const float knobs[PG_KNOBS], pg_lights *out, char *error)
+{
+    const rsm_light spot = lamp(stage, knobs[CONE]);
+    ex_light *light = &out->lights[0];
+    (void)error;
+    memset(out, 0, sizeof *out);
+    light->kind = EX_LIGHT_SPOT;
+    memcpy(light->position, spot.position, sizeof light->position);
+    v3_store(light->direction, v3_unit(v3_load(spot.direction)));
+    light->cos_half_angle = cosf(spot.cone_half_angle);
+    memcpy(light->value, spot.value, sizeof light->value);
+    out->count = 1;
+    out->bounces = knobs[BOUNCE] > 0;
+    return 0;
+}

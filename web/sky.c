@@ -253,3 +253,10 @@ int pg_scene_light(pg_stage *stage, const float knobs[PG_KNOBS], float time, cha
     if (result == GLBK_OK) result = glbk_envsh_resolve(gl, &sky.renderer, &stage->seen, &pass, NULL);
     return result == GLBK_OK ? 0 : pg_failed("the light", result, error);
 }
+
+int pg_scene_lights(const pg_stage *stage, const float knobs[PG_KNOBS], pg_lights *out, char *error)
+{
+    (void)knobs;
+    memset(out, 0, sizeof *out);
+    return pg_lights_sky(out, "builtin:sky", stage->sky_turn, error);
+}

@@ -473,3 +473,17 @@ void pg_stage_drag(pg_stage *s, float x, float y)
         h->position[k] = fminf(fmaxf(at, s->box[0][k]), s->box[1][k]);
     }
 }
+
+/* ---- to compare with ---- */
+
+int pg_lights_sky(pg_lights *lights, const char *name, float rotation, char *error)
+{
+    static const char builtin[] = "builtin:";
+    ex_sky *sky = &lights->sky;
+    const int named = strncmp(name, builtin, sizeof builtin - 1) == 0;
+    if ((named ? ex_sky_builtin(sky, name + sizeof builtin - 1, error) : ex_sky_load(sky, name, error)) != 0) return -1;
+    memset(sky->rgb + 3 * (size_t)sky->width * (sky->height / 2), 0,
+           3 * (size_t)sky->width * (sky->height - sky->height / 2) * sizeof *sky->rgb);
+    sky->rotation = rotation;
+    return 0;
+}

@@ -144,4 +144,17 @@ const pg_model *pg_scene_model(void);
 int  pg_scene_light(pg_stage *stage, const float knobs[PG_KNOBS], float time, char *error);
 void pg_scene_free(pg_stage *stage);        /* what is on the GPU */
 
+/* The light of the frame that was drawn last, as a path tracer takes it: what the picture is compared with
+   (tests/web/exact.h). The page itself does not call it. */
+typedef struct pg_lights {
+    ex_light lights[2];
+    uint32_t count;
+    ex_sky   sky;                   /* freed by the caller */
+    int      bounces;               /* between the first surface and a light */
+    int      full;                  /* materials=full of `render`; 0: Lambert */
+} pg_lights;
+int  pg_scene_lights(const pg_stage *stage, const float knobs[PG_KNOBS], pg_lights *out, char *error);
+/* A built-in sky, or a .hdr file's, without the light from below the horizon, which the ground hides. */
+int  pg_lights_sky(pg_lights *lights, const char *name, float rotation, char *error);
+
 #endif

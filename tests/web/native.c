@@ -1,6 +1,9 @@
 /* native.c - what the page "product" draws, by the same code on a GL context of this machine: native MODEL SKY WIDTH
-   HEIGHT FRAMES SIDE MAP_SIDE TURN OUT.png. tests/web/pages.mjs compares the page's picture with it. */
+   HEIGHT FRAMES SIDE MAP_SIDE TURN OUT.png. tests/web/pages.mjs compares the page's picture with it. SKY may be
+   builtin:NAME, too. With EXACT=PATHS in the environment OUT.png is what a path tracer has for it, of so many paths a
+   pixel. */
 #include "../../web/product.h"
+#include "exact.h"
 #include "native.h"
 
 static int build(const pg_model *model, unsigned side, unsigned map_side, cohsm_maps **maps)
@@ -32,6 +35,13 @@ typedef struct native {
     cohsm_maps  *maps;
 } native;
 
+static int load_sky(ex_sky *sky, const char *name, char *error)
+{
+    static const char builtin[] = "builtin:";
+    if (strncmp(name, builtin, sizeof builtin - 1) == 0) return ex_sky_builtin(sky, name + sizeof builtin - 1, error);
+    return ex_sky_load(sky, name, error);
+}
+
 /* The arguments from MODEL to MAP_SIDE. */
 static int open_all(native *n, char **values, char *error)
 {
@@ -40,15 +50,28 @@ static int open_all(native *n, char **values, char *error)
     size_t bytes;
     if (native_open(&n->gl, error) != 0) return -1;
     if (pd_picture_create(&n->picture, &n->gl, error) != 0 || pd_model_load(&n->model, values[0], error) != 0 ||
-        pg_model_upload(&n->model, &n->gl, error) != 0 || ex_sky_load(&n->sky, values[1], error) != 0 ||
+        pg_model_upload(&n->model, &n->gl, error) != 0 || load_sky(&n->sky, values[1], error) != 0 ||
         pd_picture_sky(&n->picture, &n->sky, error) != 0 ||
         pd_picture_resize(&n->picture, width, height, error) != 0)
         return -1;
-    if (build(&n->model, (unsigned)atoi(values[5]), (unsigned)atoi(values[6]), &n->maps) != 0 ||
-        native_window(&n->gl, &n->picture.stage, &n->texture, &n->target) != 0)
-        return -1;
+    if (native_window(&n->gl, &n->picture.stage, &n->texture, &n->target) != 0) return -1;
+    if (getenv("EXACT")) return 0;                                /* needs no maps */
+    if (build(&n->model, (unsigned)atoi(values[5]), (unsigned)atoi(values[6]), &n->maps) != 0) return -1;
     block = cohsm_data(n->maps, &bytes);
     return pd_picture_maps(&n->picture, block, bytes, n->model.radius, error);
+}
+
+/* The page turns the scene below a sky that rests; here the sky is turned. */
+static int draw_exact(native *n, const pg_view *view, const char *sky, float turn, const char *paths, char *error)
+{
+    pg_lights lights;
+    int result;
+    memset(&lights, 0, sizeof lights);
+    lights.full = 1;
+    if (pg_lights_sky(&lights, sky, turn, error) != 0) return -1;
+    result = exact_show(&n->picture.stage, &n->model, view, &lights, (uint32_t)atoi(paths), error);
+    ex_sky_free(&lights.sky);
+    return result;
 }
 
 int main(int count, char **values)
@@ -63,8 +86,9 @@ int main(int count, char **values)
     turn = (float)atof(values[8]) * 3.14159265f / 180;
     failed = open_all(&n, values + 1, error);
     n.picture.stage.exposure = 0.9f / n.picture.stage.sky_light;
-    for (int i = 0; i < frames && !failed; i++)
+    for (int i = 0; i < frames && !failed && !getenv("EXACT"); i++)
         failed = pd_picture_frame(&n.picture, &n.model, &view, turn, 4, i == 0, error);
+    if (!failed && getenv("EXACT")) failed = draw_exact(&n, &view, values[2], turn, getenv("EXACT"), error);
     if (!failed) failed = native_save(&n.picture.stage, &n.target, values[9], error);
     if (failed) fprintf(stderr, "native: %s\n", error);
     return failed != 0;
