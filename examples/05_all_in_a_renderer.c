@@ -611,7 +611,7 @@ static int make_sky(app *a)
 static int make_bounces(app *a)
 {
     /* its pictures are not used, only its list of lights */
-    const glbk_rsm_renderer_desc desc = { 1, 1, 0, 0, 0, { 0, 0, 0, 0 } };
+    const glbk_rsm_renderer_desc desc = { 1, 1, 0, 0, 0, { 0, 0, 0, 0, NULL, NULL } };
     ism_desc sizes = { 0 };
     GL(glbk_rsm_renderer_create(&a->gl, &desc, &a->rsm));
     GL(glbk_rsm_map_create(&a->gl, &sun, 512, &a->sun_map));

@@ -167,11 +167,11 @@ static glbk_result frame(glbk_context *gl, glbk_rsm_renderer *r, glbk_gbuffer *s
 int main(int count, char **values)
 {
     rsm_light lamp = { RSM_LIGHT_SPOT, { 0, 1.9f, 0.9f }, { 0, -1, 0 }, { 0, 0, 0 }, { 9, 9, 9 }, 0, 0.5f, 0.05f, 10 };
-    glbk_rsm_renderer_desc size = { WIDTH, HEIGHT, 1, 1, 0, { 0, 0, 0, 0 } };
+    glbk_rsm_renderer_desc size = { WIDTH, HEIGHT, 1, 1, 0, { 0, 0, 0, 0, NULL, NULL } };
     glbk_desc desc = { 0 };
     glbk_context gl;
     glbk_rsm_renderer renderer;
-    glbk_gbuffer_desc view = { WIDTH, HEIGHT, { 0, 0, 0, 0 }, NULL };
+    glbk_gbuffer_desc view = { WIDTH, HEIGHT, { 0, 0, 0, 0, NULL, NULL }, NULL };
     glbk_gbuffer seen;
     glbk_rsm_map map;
     glbk_source source = { NULL, tone, NULL, "base_bindings", NULL, NULL, { NULL }, { { 0, 0 } } };

@@ -176,7 +176,7 @@ int main(int count, char **values)
     envsh_mesh mesh = make_torus();
     envlt_lights *lights = make_lights();
     envsh_maps_desc layout_desc = { 0 };
-    const glbk_envsh_maps_desc maps_desc = { LIGHTS, &layout_desc, NULL, NULL, { 0, 0, 0, 0 } };
+    const glbk_envsh_maps_desc maps_desc = { LIGHTS, &layout_desc, { 0, 0, 0, 0, NULL, NULL } };
     envsh_maps *layout;
     glbk_envsh_maps maps;
     glbk_desc desc = { 0 };

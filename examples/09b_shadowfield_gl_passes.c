@@ -228,7 +228,7 @@ static glbk_result create(stage *s, const sfield_algebra *algebra)
     const glbk_texture_desc picture = {
         GLBK_FORMAT_RGBA8, WIDTH, HEIGHT, 0, 0, GLBK_SAMPLING_DEFAULT, 0, NULL
     };
-    const glbk_gbuffer_desc sizes = { WIDTH, HEIGHT, { 0, 1, -1, -1 }, NULL };
+    const glbk_gbuffer_desc sizes = { WIDTH, HEIGHT, { 0, 1, -1, -1, NULL, NULL }, NULL };
     glbk_sfield_scene_desc scene;
     glbk_sfield_renderer_desc renderer;
     glbk_source source;

@@ -186,7 +186,7 @@ static int make_canvas(app *a, glbk_format format, glbk_texture *texture, glbk_t
 }
 
 /* Where the vertex array has what it has: the position alone; normals are those of the triangles. */
-static const glbk_attributes where = { 3, -1, -1, -1 };
+static const glbk_attributes where = { 3, -1, -1, -1, NULL, NULL };
 
 static int make_light(app *a)
 {
@@ -213,7 +213,7 @@ static int make_light(app *a)
 static int make_all(app *a)
 {
     const glbk_source source = { NULL, tone, NULL, "base_bindings", NULL, NULL, { NULL }, { { 0, 0 } } };
-    glbk_gbuffer_desc view = { WIDTH, HEIGHT, { 0, 0, 0, 0 }, NULL };
+    glbk_gbuffer_desc view = { WIDTH, HEIGHT, { 0, 0, 0, 0, NULL, NULL }, NULL };
     glbk_desc desc = { 0 };
     const glbk_functions *gl = &a->gl.gl;
     desc.get_proc_fn = get_proc;

@@ -276,9 +276,9 @@ static glbk_result make_program(app *a)
 static int make_all(app *a, int picture)
 {
     rsm_light lamp = { RSM_LIGHT_SUN, { 0, 0.8f, 0 }, { sun[0], sun[1], sun[2] }, { 0 }, { 0 }, 3.2f, 0, 0, 0 };
-    glbk_rsm_renderer_desc size = { 1, 1, 0, 0, 0, { 0, 0, 0, 0 } };
+    glbk_rsm_renderer_desc size = { 1, 1, 0, 0, 0, { 0, 0, 0, 0, NULL, NULL } };
     envsh_maps_desc layout_desc = { 0 };
-    const glbk_envsh_maps_desc maps_desc = { LIGHTS, &layout_desc, NULL, NULL, { 0, 0, 0, 0 } };
+    const glbk_envsh_maps_desc maps_desc = { LIGHTS, &layout_desc, { 0, 0, 0, 0, NULL, NULL } };
     glbk_desc desc = { 0 };
     a->lights = make_lights(lamp.value);
     layout_desc.map_side = MAP;

@@ -580,7 +580,7 @@ static glbk_result make_sky(app *a)
     envlt_map map = { ENVLT_PROJECTION_LATLONG, 64, 32, rgb, 0 };
     const glbk_envsh_renderer_desc size = { WIDTH, HEIGHT };
     envsh_maps_desc layout = { 0 };
-    const glbk_envsh_maps_desc maps = { SKY_LIGHTS, &layout, NULL, NULL, { 0, 0, 0, 0 } };
+    const glbk_envsh_maps_desc maps = { SKY_LIGHTS, &layout, { 0, 0, 0, 0, NULL, NULL } };
     envlt_desc desc = { 0 };
     envlt_result lit;
     envsh_result laid;
@@ -620,7 +620,7 @@ static glbk_result make_mist(app *a)
 
 static glbk_result make_light(app *a)
 {
-    const glbk_gbuffer_desc desc = { WIDTH, HEIGHT, { 0, 0, 0, 0 }, NULL };
+    const glbk_gbuffer_desc desc = { WIDTH, HEIGHT, { 0, 0, 0, 0, NULL, NULL }, NULL };
     glbk_result result = glbk_gbuffer_create(&a->gl, &desc, &a->gbuffer);
     if (result == GLBK_OK) result = make_mist(a);
     if (result == GLBK_OK) result = make_lamp(a);

@@ -689,6 +689,8 @@ enum {
 
 struct glbk_context {               /* read only; the fields after max_point_side are private */
     glbk_functions gl;              /* gl.BindTexture(...): yours to call, too */
+    uint32_t       program;         /* GL's name of the program that glbk_begin bound last, for uniforms of
+                                       functions of yours */
     const char    *renderer;        /* the driver's name, valid while the GL context lives */
     int            es;              /* not 0: OpenGL ES or WebGL */
     int            webgl;           /* not 0: WebGL, which always restarts primitives, without a switch */
@@ -2333,6 +2335,7 @@ GLBK_DEF void glbk_program_use(glbk_context *ctx, glbk_program *program)
 {
     if (!ctx || ctx->lost || !program) return;
     ctx->gl.UseProgram(program->name);
+    ctx->program = program->name;
     if (program->slots_fn) program->slots_fn(ctx, program);
     program->slots_fn = NULL;
 }

@@ -2812,7 +2812,7 @@ static const struct { char s0[502]; char end; } glbk__glsl_prog_csm_compress_fra
     "}\n", 0
 };
 
-static const struct { char s0[385]; char end; } glbk__glsl_prog_csm_peel_frag = {
+static const struct { char s0[412]; char end; } glbk__glsl_prog_csm_peel_frag = {
     "\n\n\n\n\n#ifndef CSM_FIRST\n"
     "#define CSM_FIRST 1\n"
     "#endif\n"
@@ -2824,6 +2824,7 @@ static const struct { char s0[385]; char end; } glbk__glsl_prog_csm_peel_frag = 
     "\nvoid main()\n"
     "{\n"
     "float depth=clamp(csm_depth,.0,1.);\n"
+    "if(glbk_is_hole())discard;\n"
     "#if CSM_FIRST == 0\n"
     "if(depth<=uintBitsToFloat(texelFetch(glbk_csm_layer1,ivec2(gl_FragCoord.xy),0).x))discard;\n"
     "#endif\n"
@@ -2832,16 +2833,12 @@ static const struct { char s0[385]; char end; } glbk__glsl_prog_csm_peel_frag = 
     "}\n", 0
 };
 
-static const struct { char s0[407]; char end; } glbk__glsl_prog_csm_peel_vert = {
-    "\n\n\n#ifndef GBUFFER_POSITION\n"
-    "#define GBUFFER_POSITION 0\n"
-    "#endif\n"
-    "layout(location=GBUFFER_POSITION)in vec3 position;\n"
-    "invariant gl_Position;\n"
+static const struct { char s0[308]; char end; } glbk__glsl_prog_csm_peel_vert = {
+    "\n\n\ninvariant gl_Position;\n"
     "invariant out float csm_depth;\n"
     "\nvoid main()\n"
     "{\n"
-    "vec4 p=glbk_csm_peel.view*vec4(position,1.);\n"
+    "vec4 p=glbk_csm_peel.view*vec4(glbk_vertex_place(),1.);\n"
     "float w=glbk_csm_peel.depth_scale>.0?p.w:1.;\n"
     "csm_depth=glbk_csm_peel.depth_scale>.0?w*glbk_csm_peel.depth_scale:p.z;\n"
     "gl_Position=vec4(p.xy*glbk_csm_peel.clip_per_pixel-w,.0,w);\n"
@@ -2978,10 +2975,10 @@ static const glbk_file glbk__csm_files[] = {
     { "prog/csm_compress.frag\0" "csm_compress" "\0" "screen.vert" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_csm_compress_frag },
-    { "prog/csm_peel.frag\0" "csm_bindings" "\0" "csm_peel.vert" "\0"
+    { "prog/csm_peel.frag\0" "csm_bindings mesh_hole" "\0" "csm_peel.vert" "\0"
       "CSM_FIRST=1 | CSM_FIRST=0" "\0" "",
       (const char *)&glbk__glsl_prog_csm_peel_frag },
-    { "prog/csm_peel.vert\0" "csm_bindings csm_peel" "\0" "" "\0"
+    { "prog/csm_peel.vert\0" "csm_bindings mesh_place csm_peel" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_csm_peel_vert },
     { "prog/csm_query.comp\0" "csm_visible csm_frame" "\0" "" "\0"
@@ -4746,15 +4743,6 @@ static glbk_result glbk__csm_take_builder(const glbk_context *ctx, const glbk_cs
     return result;
 }
 
-/* Compiles the program that draws the first layer, or that of the others. */
-static glbk_result glbk__csm_peel_program(glbk_context *ctx, const glbk_attributes *attributes,
-                                          const char *first, glbk_program *out)
-{
-    char defines[GLBK__ATTRIBUTES_ROOM];
-    glbk__write_attributes(attributes, first, defines);
-    return glbk__program_create(ctx, glbk_csm_part(), "csm_peel.frag", defines, out);
-}
-
 GLBK_DEF glbk_result glbk_csm_builder_create(glbk_context *ctx, const glbk_csm_builder_desc *d,
                                              glbk_csm_builder *out)
 {
@@ -4776,9 +4764,11 @@ GLBK_DEF glbk_result glbk_csm_builder_create(glbk_context *ctx, const glbk_csm_b
     out->firsts = (uint32_t *)glbk_csm__alloc_array(&memory, pixels, 4);
     result = out->words && out->firsts ? GLBK_OK : GLBK_ERR_ALLOC;
     if (result == GLBK_OK)
-        result = glbk__csm_peel_program(ctx, &attributes, "CSM_FIRST=1", &out->first_layer);
+        result = glbk__drawing_program(ctx, glbk_csm_part(), "csm_peel.frag", &attributes, "CSM_FIRST=1",
+                                       &out->first_layer);
     if (result == GLBK_OK)
-        result = glbk__csm_peel_program(ctx, &attributes, "CSM_FIRST=0", &out->next_layer);
+        result = glbk__drawing_program(ctx, glbk_csm_part(), "csm_peel.frag", &attributes, "CSM_FIRST=0",
+                                       &out->next_layer);
     if (result == GLBK_OK)
         result = glbk__program_create(ctx, glbk_csm_part(),
                                       out->compute ? "csm_compress.comp" : "csm_compress.frag", NULL,

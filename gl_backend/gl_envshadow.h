@@ -145,9 +145,9 @@ GLBK_DEF glbk_result glbk_envsh_maps_create(glbk_context *ctx, const struct glbk
    Memory   on the GPU: 4 bytes for each of map_side^2 x capacity texels; with rgba another 4 for each texel
             of one page; for cells 0.17 for each texel (up to 0.7 if map_side / 8 is no power of two); and 128
             for each light
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range, or one of vertex and
-            fragment is missing. GLBK_ERR_LIMIT: there would be more than ctx->max_layers or 1024 pages, or a
-            tile is larger than ctx->max_side. Those of programs, textures and targets */
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range. GLBK_ERR_LIMIT:
+            there would be more than ctx->max_layers or 1024 pages, or a tile is larger than ctx->max_side.
+            Those of programs, textures and targets */
 
 GLBK_DEF glbk_result glbk_envsh_renderer_create(glbk_context *ctx,
                                                 const struct glbk_envsh_renderer_desc *desc,
@@ -205,11 +205,7 @@ typedef struct glbk_envsh_maps_desc {   /* zero it, then set what you care about
                                            map_side and guard count, and rgba: four maps share a texel, fewer
                                            pages, four times the draws. Pages are as large as the GPU
                                            allows */
-    const char            *vertex;      /* your own vertex shader for casters (skinning), written as
-                                           lib/envsh_cast.glsl says; NULL, like fragment = the library's */
-    const char            *fragment;    /* your own fragment shader for them (alpha masks) */
-    glbk_attributes        attributes;  /* of casters: position counts, all zero = 0. Shaders of your own say
-                                           themselves where they have it */
+    glbk_attributes        attributes;  /* of casters: position counts, all zero = 0; and your own GLSL */
 } glbk_envsh_maps_desc;                 /* maps is read until glbk_envsh_maps_create returns */
 
 struct glbk_envsh_maps {                /* read only; zeroed = none */
@@ -906,26 +902,23 @@ static const struct { char s0[3970]; char s1[2895]; char end; } glbk__glsl_lib_e
     "}\n", 0
 };
 
-static const struct { char s0[131]; char end; } glbk__glsl_prog_envsh_cast_frag = {
+static const struct { char s0[158]; char end; } glbk__glsl_prog_envsh_cast_frag = {
     "\n\n\n\nin float envsh_depth;\n"
     "#if ENVSH_RGBA\n"
     "layout(location=0)out uvec4 envsh_bits;\n"
     "#endif\n"
     "\nvoid main()\n"
     "{\n"
+    "if(glbk_is_hole())discard;\n"
     "ENVSH_STORE(envsh_depth)\n"
     "}\n", 0
 };
 
-static const struct { char s0[218]; char end; } glbk__glsl_prog_envsh_cast_vert = {
-    "\n\n\n#ifndef GBUFFER_POSITION\n"
-    "#define GBUFFER_POSITION 0\n"
-    "#endif\n"
-    "layout(location=GBUFFER_POSITION)in vec3 position;\n"
-    "out float envsh_depth;\n"
+static const struct { char s0[119]; char end; } glbk__glsl_prog_envsh_cast_vert = {
+    "\n\n\nout float envsh_depth;\n"
     "\nvoid main()\n"
     "{\n"
-    "ENVSH_CAST((glbk_envsh_object.transform*vec4(position,1.)).xyz)\n"
+    "ENVSH_CAST((glbk_envsh_object.transform*vec4(glbk_vertex_place(),1.)).xyz)\n"
     "}\n", 0
 };
 
@@ -1093,10 +1086,10 @@ static const glbk_file glbk__envsh_files[] = {
     { "lib/envsh_visible.glsl\0" "" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_envsh_visible_glsl },
-    { "prog/envsh_cast.frag\0" "envsh_cast" "\0" "envsh_cast.vert" "\0"
+    { "prog/envsh_cast.frag\0" "envsh_cast mesh_hole" "\0" "envsh_cast.vert" "\0"
       "ENVSH_RGBA=0 | ENVSH_RGBA=1" "\0" "",
       (const char *)&glbk__glsl_prog_envsh_cast_frag },
-    { "prog/envsh_cast.vert\0" "envsh_cast envsh_object" "\0" "" "\0"
+    { "prog/envsh_cast.vert\0" "envsh_cast mesh_place envsh_object" "\0" "" "\0"
       "ENVSH_RGBA=0 | ENVSH_RGBA=1" "\0" "",
       (const char *)&glbk__glsl_prog_envsh_cast_vert },
     { "prog/envsh_cells.frag\0" "envsh_access envsh_object envsh_scene" "\0" "screen.vert" "\0"
@@ -1189,28 +1182,16 @@ static glbk_result glbk__envsh_create_textures(glbk_context *ctx, glbk_envsh_map
     return result;
 }
 
-/* Compiles the programs that draw casters, the user's own shaders if there are some, and cells. */
+/* Compiles the programs that draw casters and cells. */
 static glbk_result glbk__envsh_create_programs(glbk_context *ctx, const glbk_envsh_maps_desc *d,
                                                glbk_envsh_maps *m)
 {
     const char *defines = m->channel_count == 4 ? "ENVSH_RGBA=1" : "ENVSH_RGBA=0";
-    char with_attributes[GLBK__ATTRIBUTES_ROOM];
     glbk_attributes attributes;
     glbk_result result = glbk__take_attributes(ctx, "glbk_envsh_maps_create", &d->attributes, &attributes);
-    if (result != GLBK_OK) return result;
-    if (d->vertex) {
-        glbk_source source;
-        memset(&source, 0, sizeof source);
-        source.parts[0] = glbk_envsh_part();
-        source.vertex = d->vertex;
-        source.fragment = d->fragment;
-        source.uses = "envsh_cast";
-        source.defines = defines;
-        result = glbk_program_compile(ctx, &source, &m->cast);
-    } else {
-        glbk__write_attributes(&attributes, defines, with_attributes);
-        result = glbk__program_create(ctx, glbk_envsh_part(), "envsh_cast.frag", with_attributes, &m->cast);
-    }
+    if (result == GLBK_OK)
+        result = glbk__drawing_program(ctx, glbk_envsh_part(), "envsh_cast.frag", &attributes, defines,
+                                       &m->cast);
     if (result == GLBK_OK)
         result = glbk__program_create(ctx, glbk_envsh_part(), "envsh_cells.frag", defines, &m->make_cells);
     return result;
@@ -1225,10 +1206,6 @@ static glbk_result glbk__envsh_check_desc(const glbk_context *ctx, const glbk_en
     if (result != GLBK_OK) return result;
     if (!d->capacity || d->capacity > ENVSH_MAX_LIGHTS)
         return glbk__refuse_range(ctx, bad, function, "desc.capacity", d->capacity, 1, ENVSH_MAX_LIGHTS);
-    if (d->fragment && !d->vertex)
-        return glbk__refuse(ctx, bad, function, "desc.vertex", "is NULL, but desc.fragment is not");
-    if (d->vertex && !d->fragment)
-        return glbk__refuse(ctx, bad, function, "desc.fragment", "is NULL, but desc.vertex is not");
     out->capacity = d->capacity;
     out->map_side = d->maps && d->maps->map_side ? d->maps->map_side : 256;
     out->guard = d->maps && d->maps->guard ? d->maps->guard : 4;

@@ -183,7 +183,29 @@ typedef struct glbk_attributes {
                                        0, 0 */
     int32_t tangent;                /* w is the handedness, as in glTF; below 0: the mesh has none, and normal
                                        maps are ignored */
+    const char *vertex;             /* GLSL of yours that finds the vertices, see below; NULL = the attributes
+                                       above, which do not count if it is given */
+    const char *fragment;           /* GLSL of yours that colours pixels and leaves some out, see below;
+                                       NULL = none */
 } glbk_attributes;
+
+/* GLSL of your own: skinning, morphing, wind, instances, alpha masks. All passes that draw your meshes take
+   it: G-buffer, reflective shadow maps, shadow maps of a sky, builders of coherent shadow maps and of shadow
+   fields, self-visibility. The texts are compiled behind the library's shaders, may declare attributes,
+   uniforms and varyings as they like, and define
+
+       void glbk_vertex(out vec3 position, out vec3 normal, out vec2 uv, out vec4 tangent)
+           all in the space of the object, on which glbk_surface.transform acts; a normal 0 0 0 stands for
+           that of the triangle, a tangent 0 0 0 0 for none
+       bool glbk_fragment(vec2 uv, inout vec4 color)
+           returns whether the pixel is there. color comes as the surface's colour times its color_map, with
+           the alpha in a, and may be changed; passes that draw depths alone give 1 1 1 1 and take none back
+
+   While a pass draws, ctx->program is the program for glGetUniformLocation and glUniform. A sampler of yours
+   takes a unit that the library does not use: from glbk_desc.first_unit + 16 on. gl_InstanceID is the
+   library's in shadow maps of a sky and in builders of shadow fields, and yours elsewhere. The texts must
+   live as long as the object that was made with them. A fault in them comes as GLBK_ERR_COMPILE or
+   GLBK_ERR_LINK from the call that compiles, and is logged as "your text". */
 
 typedef struct glbk_gbuffer_desc {
     uint32_t            width;      /* pixels, 1 .. ctx->max_side */
@@ -393,12 +415,13 @@ GLBK__DEF glbk_result glbk__gbuffer_program(glbk_context *ctx, const glbk_part *
 GLBK__DEF glbk_result glbk__take_attributes(const glbk_context *ctx, const char *function,
                                             const glbk_attributes *from, glbk_attributes *to);
 
-/* Writes defines for a program whose vertex shader has its attributes there: GBUFFER_POSITION,
-   GBUFFER_NORMAL, GBUFFER_UV and GBUFFER_TANGENT, and after them `more`, which may be "" and has up to 48
-   characters. */
-#define GLBK__ATTRIBUTES_ROOM 128
-GLBK__DEF void glbk__write_attributes(const glbk_attributes *at, const char *more,
-                                      char defines[GLBK__ATTRIBUTES_ROOM]);
+/* Does what glbk__program_create does, for a program that draws meshes of the user's: its shaders use
+   lib/mesh_vertex.glsl and lib/mesh_fragment.glsl, or lib/mesh_place.glsl and lib/mesh_hole.glsl.
+   at     from glbk__take_attributes
+   more   defines, which may be "" and have up to 96 characters */
+#define GLBK__ATTRIBUTES_ROOM 220
+GLBK__DEF glbk_result glbk__drawing_program(glbk_context *ctx, const glbk_part *part, const char *name,
+                                            const glbk_attributes *at, const char *more, glbk_program *out);
 
 /* Begins the pass of a resolve as glbk_begin does, for a program that uses lib/picture.glsl and a picture of
    width x height pixels; it checks that the picture covers what is drawn to (glbk_picture). function is
@@ -785,7 +808,7 @@ static const struct { char s0[126]; char end; } glbk__glsl_lib_shown_glsl = {
     "}glbk_shown;\n", 0
 };
 
-static const struct { char s0[1449]; char end; } glbk__glsl_prog_gbuffer_draw_frag = {
+static const struct { char s0[1498]; char end; } glbk__glsl_prog_gbuffer_draw_frag = {
     "\n\n\n\nin vec3 glbk_place,glbk_facing;\n"
     "in vec2 glbk_uv;\n"
     "in vec4 glbk_along;\n"
@@ -813,7 +836,8 @@ static const struct { char s0[1449]; char end; } glbk__glsl_prog_gbuffer_draw_fr
     "vec3 map=vec3(1.);\n"
     "if(has(has_color_map))color*=texture(glbk_gbuffer_color_map,glbk_uv);\n"
     "if(has(has_gloss_map))map=texture(glbk_gbuffer_gloss_map,glbk_uv).xyz;\n"
-    "if(color.a<glbk_gbuffer_drawn.alpha_cutoff)discard;\n"
+    "bool there=glbk_fragment(glbk_uv,color);\n"
+    "if(!there||color.a<glbk_gbuffer_drawn.alpha_cutoff)discard;\n"
     "p.diffuse=color.xyz;\n"
     "glbk_set_gloss(p,glbk_gbuffer_drawn.gloss,map);\n"
     "p.kind=glbk_gbuffer_drawn.kind;\n"
@@ -826,35 +850,17 @@ static const struct { char s0[1449]; char end; } glbk__glsl_prog_gbuffer_draw_fr
     "}\n", 0
 };
 
-static const struct { char s0[918]; char end; } glbk__glsl_prog_gbuffer_draw_vert = {
-    "\n\n\n#ifndef GBUFFER_POSITION\n"
-    "#define GBUFFER_POSITION 0\n"
-    "#define GBUFFER_NORMAL 1\n"
-    "#define GBUFFER_UV 2\n"
-    "#define GBUFFER_TANGENT 3\n"
-    "#endif\n"
-    "layout(location=GBUFFER_POSITION)in vec3 position;\n"
-    "#if GBUFFER_NORMAL >= 0\n"
-    "layout(location=GBUFFER_NORMAL)in vec3 normal;\n"
-    "#else\n"
-    "const vec3 normal=vec3(.0);\n"
-    "#endif\n"
-    "#if GBUFFER_UV >= 0\n"
-    "layout(location=GBUFFER_UV)in vec2 uv;\n"
-    "#else\n"
-    "const vec2 uv=vec2(.0);\n"
-    "#endif\n"
-    "#if GBUFFER_TANGENT >= 0\n"
-    "layout(location=GBUFFER_TANGENT)in vec4 tangent;\n"
-    "#else\n"
-    "const vec4 tangent=vec4(.0);\n"
-    "#endif\n"
-    "invariant gl_Position;\n"
+static const struct { char s0[497]; char end; } glbk__glsl_prog_gbuffer_draw_vert = {
+    "\n\ninvariant gl_Position;\n"
     "out vec3 glbk_place,glbk_facing;\n"
     "out vec2 glbk_uv;\n"
     "out vec4 glbk_along;\n"
     "\nvoid main()\n"
     "{\n"
+    "vec3 position,normal;\n"
+    "vec2 uv;\n"
+    "vec4 tangent;\n"
+    "glbk_vertex(position,normal,uv,tangent);\n"
     "mat3 m=mat3(glbk_gbuffer_drawn.transform);\n"
     "glbk_place=(glbk_gbuffer_drawn.transform*vec4(position,1.)).xyz;\n"
     "glbk_facing=mat3(cross(m[1],m[2]),cross(m[2],m[0]),cross(m[0],m[1]))*normal;\n"
@@ -983,10 +989,10 @@ static const glbk_file glbk__gbuffer_files[] = {
     { "lib/shown.glsl\0" "" "\0" "" "\0"
       "" "\0" "glbk_shown",
       (const char *)&glbk__glsl_lib_shown_glsl },
-    { "prog/gbuffer_draw.frag\0" "gbuffer_bindings gbuffer_drawn gbuffer_write gbuffer_drawn" "\0" "gbuffer_draw.vert" "\0"
+    { "prog/gbuffer_draw.frag\0" "gbuffer_bindings gbuffer_drawn gbuffer_write mesh_fragment gbuffer_drawn" "\0" "gbuffer_draw.vert" "\0"
       "| GBUFFER_POSITION=5 GBUFFER_NORMAL=-1 GBUFFER_UV=-1 GBUFFER_TANGENT=-1" "\0" "",
       (const char *)&glbk__glsl_prog_gbuffer_draw_frag },
-    { "prog/gbuffer_draw.vert\0" "gbuffer_drawn gbuffer_drawn" "\0" "" "\0"
+    { "prog/gbuffer_draw.vert\0" "gbuffer_drawn mesh_vertex gbuffer_drawn" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_gbuffer_draw_vert },
     { "prog/gbuffer_import.frag\0" "gbuffer_bindings gbuffer_imported gbuffer_write gbuffer_imported" "\0" "screen.vert" "\0"
@@ -1160,6 +1166,7 @@ GLBK__DEF glbk_result glbk__take_attributes(const glbk_context *ctx, const char 
     int32_t at[4];
     int i, k;
     *to = *from;
+    if (from->vertex) return GLBK_OK;       /* which finds its attributes itself */
     if (!from->position && !from->normal && !from->uv && !from->tangent)
         to->normal = 1, to->uv = 2, to->tangent = 3;
     at[0] = to->position;
@@ -1179,8 +1186,9 @@ GLBK__DEF glbk_result glbk__take_attributes(const glbk_context *ctx, const char 
     return GLBK_OK;
 }
 
-GLBK__DEF void glbk__write_attributes(const glbk_attributes *at, const char *more,
-                                      char defines[GLBK__ATTRIBUTES_ROOM])
+/* Writes defines for a program whose vertex shader has its attributes there. */
+static void glbk__write_attributes(const glbk_attributes *at, const char *more,
+                                   char defines[GLBK__ATTRIBUTES_ROOM])
 {
     static const char *const names[4] = { "GBUFFER_POSITION=", " GBUFFER_NORMAL=", " GBUFFER_UV=",
                                           " GBUFFER_TANGENT=" };
@@ -1201,6 +1209,22 @@ GLBK__DEF void glbk__write_attributes(const glbk_attributes *at, const char *mor
     }
     defines[used++] = ' ';
     memcpy(defines + used, more, strlen(more) + 1);
+}
+
+GLBK__DEF glbk_result glbk__drawing_program(glbk_context *ctx, const glbk_part *part, const char *name,
+                                            const glbk_attributes *at, const char *more, glbk_program *out)
+{
+    const char *texts[2];
+    char defines[GLBK__ATTRIBUTES_ROOM];
+    size_t used;
+    glbk__write_attributes(at, more, defines);
+    used = strlen(defines);
+    if (at->vertex) memcpy(defines + used, " GLBK_OWN_VERTEX", 17);
+    used = strlen(defines);
+    if (at->fragment) memcpy(defines + used, " GLBK_OWN_FRAGMENT", 19);
+    texts[0] = at->vertex;
+    texts[1] = at->fragment;
+    return glbk__program_of_parts(ctx, part, NULL, name, defines, texts, out);
 }
 
 /* Makes textures, targets and buffers of a G-buffer whose width, height and attributes are set. */
@@ -1510,7 +1534,7 @@ GLBK_DEF glbk_result glbk_gbuffer_bind(glbk_context *ctx, const glbk_gbuffer *g,
 GLBK__DEF glbk_result glbk__gbuffer_program(glbk_context *ctx, const glbk_part *part, const char *name,
                                             const char *defines, glbk_program *out)
 {
-    return glbk__program_of_parts(ctx, part, &glbk__gbuffer_reader, name, defines, out);
+    return glbk__program_of_parts(ctx, part, &glbk__gbuffer_reader, name, defines, NULL, out);
 }
 
 /* ==== src/gl_gbuffer/drawing.h ==== */
@@ -1523,11 +1547,9 @@ enum { GLBK__DRAWN_COLOR_MAP = 1, GLBK__DRAWN_GLOSS_MAP = 2, GLBK__DRAWN_NORMAL_
    one. */
 static glbk_result glbk__gbuffer_draw_program(glbk_context *ctx, glbk_gbuffer *g)
 {
-    char defines[GLBK__ATTRIBUTES_ROOM];
-
     if (g->draw_program.name) return GLBK_OK;
-    glbk__write_attributes(&g->attributes, "", defines);
-    return glbk__program_create(ctx, glbk_gbuffer_part(), "gbuffer_draw.frag", defines, &g->draw_program);
+    return glbk__drawing_program(ctx, glbk_gbuffer_part(), "gbuffer_draw.frag", &g->attributes, "",
+                                 &g->draw_program);
 }
 
 /* Binds a target of the G-buffer with a program, and clears its textures to 0 and its depth, if any, to 1. */

@@ -332,13 +332,15 @@ GLBK__DEF glbk_offset glbk__offset(const glbk_offset *offset);
 /* Compiles and links a program of the library.
    part     has it; NULL = the base
    other    a second part whose library files it uses, or NULL
+   texts    of a user, after those of the vertex and the fragment shader; NULL, or one of them NULL = none
    name     is that of its last stage: "copy.frag", "csm_query.comp"
    defines  one of its sets, or NULL = none
    Errors   those of glbk_program_compile; GLBK_ERR_NAME where the part has no such file */
 GLBK__DEF glbk_result glbk__program_create(glbk_context *ctx, const glbk_part *part, const char *name,
                                            const char *defines, glbk_program *out);
 GLBK__DEF glbk_result glbk__program_of_parts(glbk_context *ctx, const glbk_part *part, const glbk_part *other,
-                                             const char *name, const char *defines, glbk_program *out);
+                                             const char *name, const char *defines,
+                                             const char *const texts[2], glbk_program *out);
 
 /* Returns one of the strings that follow the name of a file. */
 enum { GLBK__FILE_USES = 1, GLBK__FILE_WITH, GLBK__FILE_SETS, GLBK__FILE_BLOCK };
@@ -526,6 +528,102 @@ static const struct { char s0[42]; char end; } glbk__glsl_lib_base_bindings_glsl
     "\nuniform glbk_color_sampler glbk_source;\n", 0
 };
 
+static const struct { char s0[146]; char end; } glbk__glsl_lib_mesh_fragment_glsl = {
+    "\n\n#ifdef GLBK_OWN_FRAGMENT\n"
+    "bool glbk_fragment(vec2 uv,inout vec4 color);\n"
+    "#else\n"
+    "bool glbk_fragment(vec2 uv,inout vec4 color){return true;}\n"
+    "#endif\n", 0
+};
+
+static const struct { char s0[187]; char end; } glbk__glsl_lib_mesh_hole_glsl = {
+    "\n\n#ifdef GLBK_OWN_FRAGMENT\n"
+    "in vec2 glbk_uv;\n"
+    "#endif\n"
+    "\nbool glbk_is_hole()\n"
+    "{\n"
+    "#ifdef GLBK_OWN_FRAGMENT\n"
+    "vec4 color=vec4(1.);\n"
+    "return!glbk_fragment(glbk_uv,color);\n"
+    "#else\n"
+    "return false;\n"
+    "#endif\n"
+    "}\n", 0
+};
+
+static const struct { char s0[714]; char end; } glbk__glsl_lib_mesh_place_glsl = {
+    "\n\n#ifdef GLBK_OWN_VERTEX\n"
+    "void glbk_vertex(out vec3 position,out vec3 normal,out vec2 uv,out vec4 tangent);\n"
+    "#else\n"
+    "#ifndef GBUFFER_POSITION\n"
+    "#define GBUFFER_POSITION 0\n"
+    "#define GBUFFER_UV 2\n"
+    "#endif\n"
+    "layout(location=GBUFFER_POSITION)in vec3 glbk_in_position;\n"
+    "#if defined(GLBK_OWN_FRAGMENT) && GBUFFER_UV >= 0\n"
+    "layout(location=GBUFFER_UV)in vec2 glbk_in_uv;\n"
+    "#else\n"
+    "const vec2 glbk_in_uv=vec2(.0);\n"
+    "#endif\n"
+    "#endif\n"
+    "#ifdef GLBK_OWN_FRAGMENT\n"
+    "out vec2 glbk_uv;\n"
+    "#endif\n"
+    "\n\nvec3 glbk_vertex_place()\n"
+    "{\n"
+    "vec3 position;\n"
+    "vec2 uv;\n"
+    "#ifdef GLBK_OWN_VERTEX\n"
+    "vec3 normal;\n"
+    "vec4 tangent;\n"
+    "glbk_vertex(position,normal,uv,tangent);\n"
+    "#else\n"
+    "position=glbk_in_position;\n"
+    "uv=glbk_in_uv;\n"
+    "#endif\n"
+    "#ifdef GLBK_OWN_FRAGMENT\n"
+    "glbk_uv=uv;\n"
+    "#endif\n"
+    "return position;\n"
+    "}\n", 0
+};
+
+static const struct { char s0[859]; char end; } glbk__glsl_lib_mesh_vertex_glsl = {
+    "\n\n#ifdef GLBK_OWN_VERTEX\n"
+    "void glbk_vertex(out vec3 position,out vec3 normal,out vec2 uv,out vec4 tangent);\n"
+    "#else\n"
+    "#ifndef GBUFFER_POSITION\n"
+    "#define GBUFFER_POSITION 0\n"
+    "#define GBUFFER_NORMAL 1\n"
+    "#define GBUFFER_UV 2\n"
+    "#define GBUFFER_TANGENT 3\n"
+    "#endif\n"
+    "layout(location=GBUFFER_POSITION)in vec3 glbk_in_position;\n"
+    "#if GBUFFER_NORMAL >= 0\n"
+    "layout(location=GBUFFER_NORMAL)in vec3 glbk_in_normal;\n"
+    "#else\n"
+    "const vec3 glbk_in_normal=vec3(.0);\n"
+    "#endif\n"
+    "#if GBUFFER_UV >= 0\n"
+    "layout(location=GBUFFER_UV)in vec2 glbk_in_uv;\n"
+    "#else\n"
+    "const vec2 glbk_in_uv=vec2(.0);\n"
+    "#endif\n"
+    "#if GBUFFER_TANGENT >= 0\n"
+    "layout(location=GBUFFER_TANGENT)in vec4 glbk_in_tangent;\n"
+    "#else\n"
+    "const vec4 glbk_in_tangent=vec4(.0);\n"
+    "#endif\n"
+    "\nvoid glbk_vertex(out vec3 position,out vec3 normal,out vec2 uv,out vec4 tangent)\n"
+    "{\n"
+    "position=glbk_in_position;\n"
+    "normal=glbk_in_normal;\n"
+    "uv=glbk_in_uv;\n"
+    "tangent=glbk_in_tangent;\n"
+    "}\n"
+    "#endif\n", 0
+};
+
 static const struct { char s0[844]; char end; } glbk__glsl_lib_prelude_glsl = {
     "\n#ifdef GL_ES\n"
     "precision highp float;\n"
@@ -595,6 +693,18 @@ static const glbk_file glbk__base_files[] = {
     { "lib/base_bindings.glsl\0" "" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_base_bindings_glsl },
+    { "lib/mesh_fragment.glsl\0" "" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_mesh_fragment_glsl },
+    { "lib/mesh_hole.glsl\0" "mesh_fragment" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_mesh_hole_glsl },
+    { "lib/mesh_place.glsl\0" "" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_mesh_place_glsl },
+    { "lib/mesh_vertex.glsl\0" "" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_mesh_vertex_glsl },
     { "lib/prelude.glsl\0" "" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_prelude_glsl },
@@ -839,6 +949,7 @@ GLBK_DEF size_t glbk_write_glsl(glbk_dialect dialect, int float_bits, const glbk
     }
     glbk__append_line(&sink, list.count + 1);
     if (main_file) glbk__append_file(&sink, main_file);
+    if (main_file && shader->text) glbk__append_line(&sink, list.count + 2);
     if (shader->text) glbk__append_text(&sink, shader->text);
     if (bytes) out[sink.used < bytes ? sink.used : bytes - 1] = 0;
     return sink.used + 1;
@@ -1235,6 +1346,11 @@ static void glbk__append_files(glbk__sink *sink, const glbk_shader *shader)
                                 : shader->name ? shader->name
                                                : "your text");
     }
+    if (shader->name && shader->text) {
+        glbk__append_text(sink, ", ");
+        glbk__append_number(sink, list.count + 2);
+        glbk__append_text(sink, " your text");
+    }
     glbk__append_text(sink, "\n");
 }
 
@@ -1377,7 +1493,8 @@ static glbk_result glbk__link(glbk_context *ctx, const glbk__stage *stages, int 
 }
 
 GLBK__DEF glbk_result glbk__program_of_parts(glbk_context *ctx, const glbk_part *part, const glbk_part *other,
-                                             const char *name, const char *defines, glbk_program *out)
+                                             const char *name, const char *defines,
+                                             const char *const texts[2], glbk_program *out)
 {
     static const char function[] = "glbk__program_create";
     glbk__stage stages[2];
@@ -1400,6 +1517,7 @@ GLBK__DEF glbk_result glbk__program_of_parts(glbk_context *ctx, const glbk_part 
     stages[0].shader.defines = defines;
     stages[1].shader = stages[0].shader;
     stages[0].shader.name = file->name;
+    stages[0].shader.text = texts ? texts[1] : NULL;
     if (length > 5 && strcmp(name + length - 5, ".comp") == 0) {
         if (!ctx->compute) return glbk__refuse(ctx, GLBK_ERR_FEATURE, function, name, "needs OpenGL 4.3");
         stages[0].type = GLBK__COMPUTE_SHADER;
@@ -1412,13 +1530,14 @@ GLBK__DEF glbk_result glbk__program_of_parts(glbk_context *ctx, const glbk_part 
     stages[0].type = GLBK__FRAGMENT_SHADER;
     stages[1].type = GLBK__VERTEX_SHADER;
     stages[1].shader.name = vertex->name;
+    stages[1].shader.text = texts ? texts[0] : NULL;
     return glbk__link(ctx, stages, 2, "", out);
 }
 
 GLBK__DEF glbk_result glbk__program_create(glbk_context *ctx, const glbk_part *part, const char *name,
                                            const char *defines, glbk_program *out)
 {
-    return glbk__program_of_parts(ctx, part, NULL, name, defines, out);
+    return glbk__program_of_parts(ctx, part, NULL, name, defines, NULL, out);
 }
 
 /* Links the program of a user's text, whose parts must not meet. */

@@ -1689,7 +1689,7 @@ static const struct { char s0[396]; char end; } glbk__glsl_prog_rsm_direct_frag 
     "}\n", 0
 };
 
-static const struct { char s0[1380]; char end; } glbk__glsl_prog_rsm_fill_frag = {
+static const struct { char s0[1410]; char end; } glbk__glsl_prog_rsm_fill_frag = {
     "\n\n\nin vec3 rsm_place,rsm_facing;\n"
     "in vec2 rsm_uv;\n"
     "layout(location=0)out uvec4 rsm_out_place;\n"
@@ -1697,7 +1697,7 @@ static const struct { char s0[1380]; char end; } glbk__glsl_prog_rsm_fill_frag =
     "layout(location=2)out uvec4 rsm_out_flux;\n"
     "\nvoid main()\n"
     "{\n"
-    "vec3 albedo=glbk_rsm_drawn.albedo.xyz;\n"
+    "vec4 color=vec4(glbk_rsm_drawn.albedo.xyz,1.);\n"
     "vec4 eye=glbk_rsm_drawn.eye;\n"
     "vec3 view=eye.w>.0?eye.xyz-rsm_place:eye.xyz;\n"
     "vec3 flat_normal=rsm_normalize(cross(dFdx(rsm_place),dFdy(rsm_place)));\n"
@@ -1705,16 +1705,15 @@ static const struct { char s0[1380]; char end; } glbk__glsl_prog_rsm_fill_frag =
     "if(dot(flat_normal,view)<.0)flat_normal= -flat_normal;\n"
     "vec3 n=dot(rsm_facing,rsm_facing)>.0?rsm_normalize(rsm_facing):flat_normal;\n"
     "if(dot(n,flat_normal)<.0)n= -n;\n"
-    "float opacity=1.;\n"
     "if(glbk_rsm_drawn.has_map!=0u){\n"
-    "vec4 map=texture(glbk_rsm_albedo_map,rsm_uv);\n"
-    "opacity=textureLod(glbk_rsm_albedo_map,rsm_uv,.0).w;\n"
-    "albedo*=map.xyz;\n"
+    "color.xyz*=texture(glbk_rsm_albedo_map,rsm_uv).xyz;\n"
+    "color.w=textureLod(glbk_rsm_albedo_map,rsm_uv,.0).w;\n"
     "}\n"
-    "if(opacity<glbk_rsm_drawn.alpha_cutoff)discard;\n"
+    "bool there=glbk_fragment(rsm_uv,color);\n"
+    "if(!there||color.w<glbk_rsm_drawn.alpha_cutoff)discard;\n"
     "rsm_light l=rsm_bound();\n"
     "int face=int(glbk_rsm_drawn.face);\n"
-    "vec3 r,u,a,flux=rsm_incident(l,face,ivec2(gl_FragCoord.xy))*l.value*albedo;\n"
+    "vec3 r,u,a,flux=rsm_incident(l,face,ivec2(gl_FragCoord.xy))*l.value*color.xyz;\n"
     "if(!(max(max(flux.x,flux.y),flux.z)<=1e18))flux=vec3(.0);\n"
     "rsm_face_axes(l,face,r,u,a);\n"
     "float depth=dot(rsm_place-l.position,a);\n"
@@ -1725,27 +1724,15 @@ static const struct { char s0[1380]; char end; } glbk__glsl_prog_rsm_fill_frag =
     "}\n", 0
 };
 
-static const struct { char s0[671]; char end; } glbk__glsl_prog_rsm_fill_vert = {
-    "\n\n\n#ifndef GBUFFER_POSITION\n"
-    "#define GBUFFER_POSITION 0\n"
-    "#define GBUFFER_NORMAL 1\n"
-    "#define GBUFFER_UV 2\n"
-    "#endif\n"
-    "layout(location=GBUFFER_POSITION)in vec3 position;\n"
-    "#if GBUFFER_NORMAL >= 0\n"
-    "layout(location=GBUFFER_NORMAL)in vec3 normal;\n"
-    "#else\n"
-    "const vec3 normal=vec3(.0);\n"
-    "#endif\n"
-    "#if GBUFFER_UV >= 0\n"
-    "layout(location=GBUFFER_UV)in vec2 uv;\n"
-    "#else\n"
-    "const vec2 uv=vec2(.0);\n"
-    "#endif\n"
-    "out vec3 rsm_place,rsm_facing;\n"
+static const struct { char s0[392]; char end; } glbk__glsl_prog_rsm_fill_vert = {
+    "\n\nout vec3 rsm_place,rsm_facing;\n"
     "out vec2 rsm_uv;\n"
     "\nvoid main()\n"
     "{\n"
+    "vec3 position,normal;\n"
+    "vec2 uv;\n"
+    "vec4 tangent;\n"
+    "glbk_vertex(position,normal,uv,tangent);\n"
     "mat3 m=mat3(glbk_rsm_drawn.transform);\n"
     "rsm_place=(glbk_rsm_drawn.transform*vec4(position,1.)).xyz;\n"
     "rsm_facing=mat3(cross(m[1],m[2]),cross(m[2],m[0]),cross(m[0],m[1]))*normal;\n"
@@ -2284,10 +2271,10 @@ static const glbk_file glbk__rsm_files[] = {
     { "prog/rsm_direct.frag\0" "rsm_direct rsm_screen rsm_frame" "\0" "screen.vert" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_rsm_direct_frag },
-    { "prog/rsm_fill.frag\0" "rsm_bindings rsm_bound rsm_drawn" "\0" "rsm_fill.vert" "\0"
+    { "prog/rsm_fill.frag\0" "rsm_bindings rsm_bound mesh_fragment rsm_drawn" "\0" "rsm_fill.vert" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_rsm_fill_frag },
-    { "prog/rsm_fill.vert\0" "rsm_bindings rsm_drawn" "\0" "" "\0"
+    { "prog/rsm_fill.vert\0" "rsm_bindings mesh_vertex rsm_drawn" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_rsm_fill_vert },
     { "prog/rsm_gather.comp\0" "rsm_chunk rsm_bounce rsm_lists rsm_frame" "\0" "" "\0"
@@ -3249,11 +3236,8 @@ static glbk_result glbk__rsm_program(glbk_context *ctx, glbk_rsm_renderer *r, in
     const int blind = which < GLBK__RSM_DIRECT || which == GLBK__RSM_DO_SCAN ||
                       which == GLBK__RSM_DO_SCAN_ROWS;
     if (r->programs[which].name) return GLBK_OK;
-    if (which == GLBK__RSM_FILL) {
-        char defines[GLBK__ATTRIBUTES_ROOM];
-        glbk__write_attributes(&r->attributes, "", defines);
-        return glbk__program_create(ctx, glbk_rsm_part(), names[0], defines, &r->programs[which]);
-    }
+    if (which == GLBK__RSM_FILL)
+        return glbk__drawing_program(ctx, glbk_rsm_part(), names[0], &r->attributes, "", &r->programs[which]);
     if (blind) return glbk__program_create(ctx, glbk_rsm_part(), names[0], names[1], &r->programs[which]);
     return glbk__gbuffer_program(ctx, glbk_rsm_part(), names[0], names[1], &r->programs[which]);
 }

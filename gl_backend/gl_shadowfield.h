@@ -359,7 +359,8 @@ struct glbk_sfield_renderer {           /* the light of a picture; read only; ze
     uint32_t     bands;
     uint32_t     self_attribute;
     int          compute;               /* not 0: pixels are shaded by a compute shader */
-    int32_t      position_attribute;    /* the attribute that record was compiled for */
+    int32_t      record_position;       /* the attribute that record was compiled for */
+    const char  *record_vertex;         /* the function of yours that it was compiled with */
     float        world_to_clip[16];     /* the matrix of glbk_sfield_self_begin */
 };
 
@@ -1506,7 +1507,7 @@ static const struct { char s0[897]; char end; } glbk__glsl_prog_sfield_project_f
     "}\n", 0
 };
 
-static const struct { char s0[330]; char end; } glbk__glsl_prog_sfield_see_frag = {
+static const struct { char s0[357]; char end; } glbk__glsl_prog_sfield_see_frag = {
     "\n\n\n\n#if SFIELD_SOURCE\n"
     "flat in vec3 sfield_radiance;\n"
     "in float sfield_depth;\n"
@@ -1514,6 +1515,7 @@ static const struct { char s0[330]; char end; } glbk__glsl_prog_sfield_see_frag 
     "layout(location=0)out uvec4 seen;\n"
     "\nvoid main()\n"
     "{\n"
+    "if(glbk_is_hole())discard;\n"
     "#if SFIELD_SOURCE\n"
     "seen=uvec4(floatBitsToUint(gl_FrontFacing?sfield_radiance:vec3(.0)),0u);\n"
     "\ngl_FragDepth=clamp(gl_FrontFacing?sfield_depth:1.0001*sfield_depth,.0,1.);\n"
@@ -1523,12 +1525,10 @@ static const struct { char s0[330]; char end; } glbk__glsl_prog_sfield_see_frag 
     "}\n", 0
 };
 
-static const struct { char s0[990]; char end; } glbk__glsl_prog_sfield_see_vert = {
-    "\n\n\n\n\n#ifndef GBUFFER_POSITION\n"
-    "#define GBUFFER_POSITION 0\n"
+static const struct { char s0[922]; char end; } glbk__glsl_prog_sfield_see_vert = {
+    "\n\n\n\n\n#ifndef SFIELD_RADIANCE\n"
     "#define SFIELD_RADIANCE 1\n"
     "#endif\n"
-    "layout(location=GBUFFER_POSITION)in vec3 position;\n"
     "#if SFIELD_SOURCE\n"
     "layout(location=SFIELD_RADIANCE)in vec3 radiance;\n"
     "flat out vec3 sfield_radiance;\n"
@@ -1548,7 +1548,7 @@ static const struct { char s0[990]; char end; } glbk__glsl_prog_sfield_see_vert 
     "vec4 eye=glbk_sfield_views.eyes[tile];\n"
     "uvec4 place=glbk_sfield_views.places[tile];\n"
     "vec4 sphere=glbk_sfield_views.sphere;\n"
-    "vec3 q=sfield_to_face(place.x,(position-sphere.xyz)/sphere.w-eye.xyz);\n"
+    "vec3 q=sfield_to_face(place.x,(glbk_vertex_place()-sphere.xyz)/sphere.w-eye.xyz);\n"
     "float rows=float(glbk_sfield_views.rows);\n"
     "gl_Position=vec4(q.x,(q.y+(float(2u*place.w)+1.)*q.z)/rows-q.z,q.y,q.z);\n"
     "#if SFIELD_SOURCE\n"
@@ -1576,15 +1576,13 @@ static const struct { char s0[537]; char end; } glbk__glsl_prog_sfield_self_frag
     "}\n", 0
 };
 
-static const struct { char s0[678]; char end; } glbk__glsl_prog_sfield_self_vert = {
-    "\n\n\n#ifndef SFIELD_POSITION\n"
-    "#define SFIELD_POSITION 0\n"
+static const struct { char s0[610]; char end; } glbk__glsl_prog_sfield_self_vert = {
+    "\n\n\n#ifndef SFIELD_SELF0\n"
     "#define SFIELD_SELF0 4\n"
     "#define SFIELD_SELF1 5\n"
     "#define SFIELD_SELF2 6\n"
     "#define SFIELD_SELF3 7\n"
     "#endif\n"
-    "layout(location=SFIELD_POSITION)in vec3 position;\n"
     "layout(location=SFIELD_SELF0)in vec4 self0;\n"
     "layout(location=SFIELD_SELF1)in vec4 self1;\n"
     "layout(location=SFIELD_SELF2)in vec4 self2;\n"
@@ -1593,7 +1591,7 @@ static const struct { char s0[678]; char end; } glbk__glsl_prog_sfield_self_vert
     "out vec4 sfield_self0,sfield_self1,sfield_self2,sfield_self3;\n"
     "\nvoid main()\n"
     "{\n"
-    "vec3 place=(glbk_sfield_object.transform*vec4(position,1.)).xyz;\n"
+    "vec3 place=(glbk_sfield_object.transform*vec4(glbk_vertex_place(),1.)).xyz;\n"
     "sfield_self0=self0;\n"
     "sfield_self1=self1;\n"
     "sfield_self2=self2;\n"
@@ -1771,16 +1769,16 @@ static const glbk_file glbk__sfield_files[] = {
     { "prog/sfield_project.frag\0" "table sfield_bindings sfield_views" "\0" "screen.vert" "\0"
       "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" "\0" "",
       (const char *)&glbk__glsl_prog_sfield_project_frag },
-    { "prog/sfield_see.frag\0" "sfield_bindings" "\0" "sfield_see.vert" "\0"
+    { "prog/sfield_see.frag\0" "sfield_bindings mesh_hole" "\0" "sfield_see.vert" "\0"
       "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" "\0" "",
       (const char *)&glbk__glsl_prog_sfield_see_frag },
-    { "prog/sfield_see.vert\0" "sfield_bindings sfield_views" "\0" "" "\0"
+    { "prog/sfield_see.vert\0" "sfield_bindings mesh_place sfield_views" "\0" "" "\0"
       "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" "\0" "",
       (const char *)&glbk__glsl_prog_sfield_see_vert },
     { "prog/sfield_self.frag\0" "" "\0" "sfield_self.vert" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_sfield_self_frag },
-    { "prog/sfield_self.vert\0" "sfield_bindings sfield_object" "\0" "" "\0"
+    { "prog/sfield_self.vert\0" "sfield_bindings mesh_place sfield_object" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_sfield_self_vert },
     { "prog/sfield_shade.comp\0" "sfield_list sfield_point" "\0" "" "\0"
@@ -2529,29 +2527,32 @@ GLBK_DEF glbk_result glbk_sfield_self_upload(glbk_context *ctx, glbk_sfield_rend
     return result;
 }
 
-/* Compiles the program for a mesh with its position at that location, unless there is one. */
-static glbk_result glbk__sfield_record(glbk_context *ctx, glbk_sfield_renderer *r, int32_t position)
+/* Compiles the program for meshes as the G-buffer draws them, unless there is one. */
+static glbk_result glbk__sfield_record(glbk_context *ctx, glbk_sfield_renderer *r, const glbk_attributes *at)
 {
-    static const char *const names[4] = { " SFIELD_SELF0=", " SFIELD_SELF1=", " SFIELD_SELF2=",
+    static const char *const names[4] = { "SFIELD_SELF0=", " SFIELD_SELF1=", " SFIELD_SELF2=",
                                           " SFIELD_SELF3=" };
-    char defines[100];
+    char defines[96];
+    glbk_attributes place;
     glbk__sink sink;
     uint32_t i;
 
-    if (r->record.name && r->position_attribute == position) return GLBK_OK;
+    if (r->record.name && r->record_vertex == at->vertex && r->record_position == at->position)
+        return GLBK_OK;
     glbk_program_free(ctx, &r->record);
-    r->position_attribute = position;
+    r->record_vertex = at->vertex;
+    r->record_position = at->position;
+    place = *at;
+    place.fragment = NULL;      /* the depth test leaves out holes */
     sink.out = defines;
     sink.bytes = sizeof defines;
     sink.used = 0;
-    glbk__append_text(&sink, "SFIELD_POSITION=");
-    glbk__sfield_number(&sink, (uint32_t)position);
     for (i = 0; i < 4; i++) {
         glbk__append_text(&sink, names[i]);
         glbk__sfield_number(&sink, r->self_attribute + i);
     }
     defines[sink.used] = 0;
-    return glbk__program_create(ctx, glbk_sfield_part(), "sfield_self.frag", defines, &r->record);
+    return glbk__drawing_program(ctx, glbk_sfield_part(), "sfield_self.frag", &place, defines, &r->record);
 }
 
 GLBK_DEF glbk_result glbk_sfield_self_begin(glbk_context *ctx, glbk_sfield_renderer *r, const glbk_gbuffer *g)
@@ -2572,11 +2573,11 @@ GLBK_DEF glbk_result glbk_sfield_self_begin(glbk_context *ctx, glbk_sfield_rende
     if (r->bands > 4)
         return glbk__refuse_value(ctx, GLBK_ERR_LIMIT, __func__, "the number of bands", r->bands,
                                   "1..4 to be drawn");
-    if (g->attributes.position >= (int32_t)r->self_attribute &&
+    if (!g->attributes.vertex && g->attributes.position >= (int32_t)r->self_attribute &&
         g->attributes.position < (int32_t)r->self_attribute + 4)
         return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, __func__, "desc.self_attribute", r->self_attribute,
                                   "such that the position is in none of four attributes from it on");
-    result = glbk__sfield_record(ctx, r, g->attributes.position);
+    result = glbk__sfield_record(ctx, r, &g->attributes);
     memset(&target, 0, sizeof target);
     target.color[0] = target.color[1] = &r->self;
     target.layer[1] = 1;
@@ -3160,7 +3161,7 @@ static glbk_result glbk__sfield_see_program(glbk_context *ctx, const glbk_sfield
 {
     static const char function[] = "glbk_sfield_builder_create";
     const uint32_t radiance = d->radiance_attribute && !d->mesh ? d->radiance_attribute : 1;
-    char more[40], defines[GLBK__ATTRIBUTES_ROOM];
+    char more[40];
     glbk_attributes at;
     glbk__sink sink;
     glbk_result result = glbk__take_attributes(ctx, function, &d->attributes, &at);
@@ -3168,8 +3169,11 @@ static glbk_result glbk__sfield_see_program(glbk_context *ctx, const glbk_sfield
     if (result != GLBK_OK) return result;
     if (radiance > 15)
         return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.radiance_attribute", radiance, 0, 15);
-    if (d->mesh) at.position = 0;
-    if (b->source && (uint32_t)at.position == radiance)
+    if (d->mesh) {
+        memset(&at, 0, sizeof at);
+        at.normal = at.uv = at.tangent = -1;
+    }
+    if (b->source && !at.vertex && (uint32_t)at.position == radiance)
         return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "desc.radiance_attribute", radiance,
                                   "other than desc.attributes.position");
     sink.out = more;
@@ -3179,8 +3183,7 @@ static glbk_result glbk__sfield_see_program(glbk_context *ctx, const glbk_sfield
     glbk__append_text(&sink, " SFIELD_RADIANCE=");
     glbk__sfield_number(&sink, radiance);
     more[sink.used] = 0;
-    glbk__write_attributes(&at, more, defines);
-    return glbk__program_create(ctx, glbk_sfield_part(), "sfield_see.frag", defines, &b->see);
+    return glbk__drawing_program(ctx, glbk_sfield_part(), "sfield_see.frag", &at, more, &b->see);
 }
 
 /* Compiles the programs of a builder. */

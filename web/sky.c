@@ -179,7 +179,7 @@ static int load_sky(pg_stage *stage, char *error)
 int pg_scene_create(pg_stage *stage, char *error)
 {
     envsh_maps_desc layout;
-    const glbk_envsh_maps_desc desc = { LIGHTS, &layout, NULL, NULL, { 0, 0, 0, 0 } };
+    const glbk_envsh_maps_desc desc = { LIGHTS, &layout, { 0, 0, 0, 0, NULL, NULL } };
     glbk_result result;
     memset(&layout, 0, sizeof layout);
     layout.map_side = SIDE;

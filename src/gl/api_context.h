@@ -2,6 +2,8 @@
 
 struct glbk_context {               /* read only; the fields after max_point_side are private */
     glbk_functions gl;              /* gl.BindTexture(...): yours to call, too */
+    uint32_t       program;         /* GL's name of the program that glbk_begin bound last, for uniforms of
+                                       functions of yours */
     const char    *renderer;        /* the driver's name, valid while the GL context lives */
     int            es;              /* not 0: OpenGL ES or WebGL */
     int            webgl;           /* not 0: WebGL, which always restarts primitives, without a switch */

@@ -74,6 +74,7 @@ GLBK_DEF void glbk_program_use(glbk_context *ctx, glbk_program *program)
 {
     if (!ctx || ctx->lost || !program) return;
     ctx->gl.UseProgram(program->name);
+    ctx->program = program->name;
     if (program->slots_fn) program->slots_fn(ctx, program);
     program->slots_fn = NULL;
 }

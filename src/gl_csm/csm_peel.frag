@@ -1,6 +1,6 @@
 // Peels depths: of each pixel the nearest surface behind the layer before is left. Depths are the bits of
 // floats; above 1 there is no surface.
-// uses: csm_bindings
+// uses: csm_bindings mesh_hole
 // with: csm_peel.vert
 // sets: CSM_FIRST=1 | CSM_FIRST=0
 #ifndef CSM_FIRST
@@ -15,6 +15,7 @@ layout(location = 0) out uint result;
 void main()
 {
     float depth = clamp(csm_depth, 0.0, 1.0);
+    if (glbk_is_hole()) discard;
 #if CSM_FIRST == 0
     if (depth <= uintBitsToFloat(texelFetch(glbk_csm_layer1, ivec2(gl_FragCoord.xy), 0).x)) discard;
 #endif

@@ -27,9 +27,9 @@ GLBK_DEF glbk_result glbk_envsh_maps_create(glbk_context *ctx, const struct glbk
    Memory   on the GPU: 4 bytes for each of map_side^2 x capacity texels; with rgba another 4 for each texel
             of one page; for cells 0.17 for each texel (up to 0.7 if map_side / 8 is no power of two); and 128
             for each light
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range, or one of vertex and
-            fragment is missing. GLBK_ERR_LIMIT: there would be more than ctx->max_layers or 1024 pages, or a
-            tile is larger than ctx->max_side. Those of programs, textures and targets */
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range. GLBK_ERR_LIMIT:
+            there would be more than ctx->max_layers or 1024 pages, or a tile is larger than ctx->max_side.
+            Those of programs, textures and targets */
 
 GLBK_DEF glbk_result glbk_envsh_renderer_create(glbk_context *ctx,
                                                 const struct glbk_envsh_renderer_desc *desc,
@@ -87,11 +87,7 @@ typedef struct glbk_envsh_maps_desc {   /* zero it, then set what you care about
                                            map_side and guard count, and rgba: four maps share a texel, fewer
                                            pages, four times the draws. Pages are as large as the GPU
                                            allows */
-    const char            *vertex;      /* your own vertex shader for casters (skinning), written as
-                                           lib/envsh_cast.glsl says; NULL, like fragment = the library's */
-    const char            *fragment;    /* your own fragment shader for them (alpha masks) */
-    glbk_attributes        attributes;  /* of casters: position counts, all zero = 0. Shaders of your own say
-                                           themselves where they have it */
+    glbk_attributes        attributes;  /* of casters: position counts, all zero = 0; and your own GLSL */
 } glbk_envsh_maps_desc;                 /* maps is read until glbk_envsh_maps_create returns */
 
 struct glbk_envsh_maps {                /* read only; zeroed = none */

@@ -1,5 +1,5 @@
 // Writes the depth of a caster.
-// uses: envsh_cast
+// uses: envsh_cast mesh_hole
 // with: envsh_cast.vert
 // sets: ENVSH_RGBA=0 | ENVSH_RGBA=1
 in float envsh_depth;
@@ -9,5 +9,6 @@ layout(location = 0) out uvec4 envsh_bits;
 
 void main()
 {
+    if (glbk_is_hole()) discard;
     ENVSH_STORE(envsh_depth)
 }

@@ -65,28 +65,16 @@ static glbk_result glbk__envsh_create_textures(glbk_context *ctx, glbk_envsh_map
     return result;
 }
 
-/* Compiles the programs that draw casters, the user's own shaders if there are some, and cells. */
+/* Compiles the programs that draw casters and cells. */
 static glbk_result glbk__envsh_create_programs(glbk_context *ctx, const glbk_envsh_maps_desc *d,
                                                glbk_envsh_maps *m)
 {
     const char *defines = m->channel_count == 4 ? "ENVSH_RGBA=1" : "ENVSH_RGBA=0";
-    char with_attributes[GLBK__ATTRIBUTES_ROOM];
     glbk_attributes attributes;
     glbk_result result = glbk__take_attributes(ctx, "glbk_envsh_maps_create", &d->attributes, &attributes);
-    if (result != GLBK_OK) return result;
-    if (d->vertex) {
-        glbk_source source;
-        memset(&source, 0, sizeof source);
-        source.parts[0] = glbk_envsh_part();
-        source.vertex = d->vertex;
-        source.fragment = d->fragment;
-        source.uses = "envsh_cast";
-        source.defines = defines;
-        result = glbk_program_compile(ctx, &source, &m->cast);
-    } else {
-        glbk__write_attributes(&attributes, defines, with_attributes);
-        result = glbk__program_create(ctx, glbk_envsh_part(), "envsh_cast.frag", with_attributes, &m->cast);
-    }
+    if (result == GLBK_OK)
+        result = glbk__drawing_program(ctx, glbk_envsh_part(), "envsh_cast.frag", &attributes, defines,
+                                       &m->cast);
     if (result == GLBK_OK)
         result = glbk__program_create(ctx, glbk_envsh_part(), "envsh_cells.frag", defines, &m->make_cells);
     return result;
@@ -101,10 +89,6 @@ static glbk_result glbk__envsh_check_desc(const glbk_context *ctx, const glbk_en
     if (result != GLBK_OK) return result;
     if (!d->capacity || d->capacity > ENVSH_MAX_LIGHTS)
         return glbk__refuse_range(ctx, bad, function, "desc.capacity", d->capacity, 1, ENVSH_MAX_LIGHTS);
-    if (d->fragment && !d->vertex)
-        return glbk__refuse(ctx, bad, function, "desc.vertex", "is NULL, but desc.fragment is not");
-    if (d->vertex && !d->fragment)
-        return glbk__refuse(ctx, bad, function, "desc.fragment", "is NULL, but desc.vertex is not");
     out->capacity = d->capacity;
     out->map_side = d->maps && d->maps->map_side ? d->maps->map_side : 256;
     out->guard = d->maps && d->maps->guard ? d->maps->guard : 4;

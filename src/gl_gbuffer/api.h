@@ -92,12 +92,13 @@ GLBK__DEF glbk_result glbk__gbuffer_program(glbk_context *ctx, const glbk_part *
 GLBK__DEF glbk_result glbk__take_attributes(const glbk_context *ctx, const char *function,
                                             const glbk_attributes *from, glbk_attributes *to);
 
-/* Writes defines for a program whose vertex shader has its attributes there: GBUFFER_POSITION,
-   GBUFFER_NORMAL, GBUFFER_UV and GBUFFER_TANGENT, and after them `more`, which may be "" and has up to 48
-   characters. */
-#define GLBK__ATTRIBUTES_ROOM 128
-GLBK__DEF void glbk__write_attributes(const glbk_attributes *at, const char *more,
-                                      char defines[GLBK__ATTRIBUTES_ROOM]);
+/* Does what glbk__program_create does, for a program that draws meshes of the user's: its shaders use
+   lib/mesh_vertex.glsl and lib/mesh_fragment.glsl, or lib/mesh_place.glsl and lib/mesh_hole.glsl.
+   at     from glbk__take_attributes
+   more   defines, which may be "" and have up to 96 characters */
+#define GLBK__ATTRIBUTES_ROOM 220
+GLBK__DEF glbk_result glbk__drawing_program(glbk_context *ctx, const glbk_part *part, const char *name,
+                                            const glbk_attributes *at, const char *more, glbk_program *out);
 
 /* Begins the pass of a resolve as glbk_begin does, for a program that uses lib/picture.glsl and a picture of
    width x height pixels; it checks that the picture covers what is drawn to (glbk_picture). function is

@@ -77,7 +77,29 @@ typedef struct glbk_attributes {
                                        0, 0 */
     int32_t tangent;                /* w is the handedness, as in glTF; below 0: the mesh has none, and normal
                                        maps are ignored */
+    const char *vertex;             /* GLSL of yours that finds the vertices, see below; NULL = the attributes
+                                       above, which do not count if it is given */
+    const char *fragment;           /* GLSL of yours that colours pixels and leaves some out, see below;
+                                       NULL = none */
 } glbk_attributes;
+
+/* GLSL of your own: skinning, morphing, wind, instances, alpha masks. All passes that draw your meshes take
+   it: G-buffer, reflective shadow maps, shadow maps of a sky, builders of coherent shadow maps and of shadow
+   fields, self-visibility. The texts are compiled behind the library's shaders, may declare attributes,
+   uniforms and varyings as they like, and define
+
+       void glbk_vertex(out vec3 position, out vec3 normal, out vec2 uv, out vec4 tangent)
+           all in the space of the object, on which glbk_surface.transform acts; a normal 0 0 0 stands for
+           that of the triangle, a tangent 0 0 0 0 for none
+       bool glbk_fragment(vec2 uv, inout vec4 color)
+           returns whether the pixel is there. color comes as the surface's colour times its color_map, with
+           the alpha in a, and may be changed; passes that draw depths alone give 1 1 1 1 and take none back
+
+   While a pass draws, ctx->program is the program for glGetUniformLocation and glUniform. A sampler of yours
+   takes a unit that the library does not use: from glbk_desc.first_unit + 16 on. gl_InstanceID is the
+   library's in shadow maps of a sky and in builders of shadow fields, and yours elsewhere. The texts must
+   live as long as the object that was made with them. A fault in them comes as GLBK_ERR_COMPILE or
+   GLBK_ERR_LINK from the call that compiles, and is logged as "your text". */
 
 typedef struct glbk_gbuffer_desc {
     uint32_t            width;      /* pixels, 1 .. ctx->max_side */

@@ -6,11 +6,9 @@ enum { GLBK__DRAWN_COLOR_MAP = 1, GLBK__DRAWN_GLOSS_MAP = 2, GLBK__DRAWN_NORMAL_
    one. */
 static glbk_result glbk__gbuffer_draw_program(glbk_context *ctx, glbk_gbuffer *g)
 {
-    char defines[GLBK__ATTRIBUTES_ROOM];
-
     if (g->draw_program.name) return GLBK_OK;
-    glbk__write_attributes(&g->attributes, "", defines);
-    return glbk__program_create(ctx, glbk_gbuffer_part(), "gbuffer_draw.frag", defines, &g->draw_program);
+    return glbk__drawing_program(ctx, glbk_gbuffer_part(), "gbuffer_draw.frag", &g->attributes, "",
+                                 &g->draw_program);
 }
 
 /* Binds a target of the G-buffer with a program, and clears its textures to 0 and its depth, if any, to 1. */

@@ -1,5 +1,5 @@
 // Draws one object into the G-buffer, with maps of its colour, its gloss and its normals.
-// uses: gbuffer_bindings gbuffer_drawn gbuffer_write
+// uses: gbuffer_bindings gbuffer_drawn gbuffer_write mesh_fragment
 // with: gbuffer_draw.vert
 // sets: | GBUFFER_POSITION=5 GBUFFER_NORMAL=-1 GBUFFER_UV=-1 GBUFFER_TANGENT=-1
 in vec3 glbk_place, glbk_facing;
@@ -33,7 +33,8 @@ void main()
     vec3 map = vec3(1.0);
     if (has(has_color_map)) color *= texture(glbk_gbuffer_color_map, glbk_uv);
     if (has(has_gloss_map)) map = texture(glbk_gbuffer_gloss_map, glbk_uv).xyz;
-    if (color.a < glbk_gbuffer_drawn.alpha_cutoff) discard;
+    bool there = glbk_fragment(glbk_uv, color);
+    if (!there || color.a < glbk_gbuffer_drawn.alpha_cutoff) discard;
     p.diffuse = color.xyz;
     glbk_set_gloss(p, glbk_gbuffer_drawn.gloss, map);
     p.kind = glbk_gbuffer_drawn.kind;

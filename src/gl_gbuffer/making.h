@@ -63,6 +63,7 @@ GLBK__DEF glbk_result glbk__take_attributes(const glbk_context *ctx, const char 
     int32_t at[4];
     int i, k;
     *to = *from;
+    if (from->vertex) return GLBK_OK;       /* which finds its attributes itself */
     if (!from->position && !from->normal && !from->uv && !from->tangent)
         to->normal = 1, to->uv = 2, to->tangent = 3;
     at[0] = to->position;
@@ -82,8 +83,9 @@ GLBK__DEF glbk_result glbk__take_attributes(const glbk_context *ctx, const char 
     return GLBK_OK;
 }
 
-GLBK__DEF void glbk__write_attributes(const glbk_attributes *at, const char *more,
-                                      char defines[GLBK__ATTRIBUTES_ROOM])
+/* Writes defines for a program whose vertex shader has its attributes there. */
+static void glbk__write_attributes(const glbk_attributes *at, const char *more,
+                                   char defines[GLBK__ATTRIBUTES_ROOM])
 {
     static const char *const names[4] = { "GBUFFER_POSITION=", " GBUFFER_NORMAL=", " GBUFFER_UV=",
                                           " GBUFFER_TANGENT=" };
@@ -104,6 +106,22 @@ GLBK__DEF void glbk__write_attributes(const glbk_attributes *at, const char *mor
     }
     defines[used++] = ' ';
     memcpy(defines + used, more, strlen(more) + 1);
+}
+
+GLBK__DEF glbk_result glbk__drawing_program(glbk_context *ctx, const glbk_part *part, const char *name,
+                                            const glbk_attributes *at, const char *more, glbk_program *out)
+{
+    const char *texts[2];
+    char defines[GLBK__ATTRIBUTES_ROOM];
+    size_t used;
+    glbk__write_attributes(at, more, defines);
+    used = strlen(defines);
+    if (at->vertex) memcpy(defines + used, " GLBK_OWN_VERTEX", 17);
+    used = strlen(defines);
+    if (at->fragment) memcpy(defines + used, " GLBK_OWN_FRAGMENT", 19);
+    texts[0] = at->vertex;
+    texts[1] = at->fragment;
+    return glbk__program_of_parts(ctx, part, NULL, name, defines, texts, out);
 }
 
 /* Makes textures, targets and buffers of a G-buffer whose width, height and attributes are set. */
@@ -413,5 +431,5 @@ GLBK_DEF glbk_result glbk_gbuffer_bind(glbk_context *ctx, const glbk_gbuffer *g,
 GLBK__DEF glbk_result glbk__gbuffer_program(glbk_context *ctx, const glbk_part *part, const char *name,
                                             const char *defines, glbk_program *out)
 {
-    return glbk__program_of_parts(ctx, part, &glbk__gbuffer_reader, name, defines, out);
+    return glbk__program_of_parts(ctx, part, &glbk__gbuffer_reader, name, defines, NULL, out);
 }

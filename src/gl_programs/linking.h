@@ -36,6 +36,11 @@ static void glbk__append_files(glbk__sink *sink, const glbk_shader *shader)
                                 : shader->name ? shader->name
                                                : "your text");
     }
+    if (shader->name && shader->text) {
+        glbk__append_text(sink, ", ");
+        glbk__append_number(sink, list.count + 2);
+        glbk__append_text(sink, " your text");
+    }
     glbk__append_text(sink, "\n");
 }
 
@@ -178,7 +183,8 @@ static glbk_result glbk__link(glbk_context *ctx, const glbk__stage *stages, int 
 }
 
 GLBK__DEF glbk_result glbk__program_of_parts(glbk_context *ctx, const glbk_part *part, const glbk_part *other,
-                                             const char *name, const char *defines, glbk_program *out)
+                                             const char *name, const char *defines,
+                                             const char *const texts[2], glbk_program *out)
 {
     static const char function[] = "glbk__program_create";
     glbk__stage stages[2];
@@ -201,6 +207,7 @@ GLBK__DEF glbk_result glbk__program_of_parts(glbk_context *ctx, const glbk_part 
     stages[0].shader.defines = defines;
     stages[1].shader = stages[0].shader;
     stages[0].shader.name = file->name;
+    stages[0].shader.text = texts ? texts[1] : NULL;
     if (length > 5 && strcmp(name + length - 5, ".comp") == 0) {
         if (!ctx->compute) return glbk__refuse(ctx, GLBK_ERR_FEATURE, function, name, "needs OpenGL 4.3");
         stages[0].type = GLBK__COMPUTE_SHADER;
@@ -213,13 +220,14 @@ GLBK__DEF glbk_result glbk__program_of_parts(glbk_context *ctx, const glbk_part 
     stages[0].type = GLBK__FRAGMENT_SHADER;
     stages[1].type = GLBK__VERTEX_SHADER;
     stages[1].shader.name = vertex->name;
+    stages[1].shader.text = texts ? texts[0] : NULL;
     return glbk__link(ctx, stages, 2, "", out);
 }
 
 GLBK__DEF glbk_result glbk__program_create(glbk_context *ctx, const glbk_part *part, const char *name,
                                            const char *defines, glbk_program *out)
 {
-    return glbk__program_of_parts(ctx, part, NULL, name, defines, out);
+    return glbk__program_of_parts(ctx, part, NULL, name, defines, NULL, out);
 }
 
 /* Links the program of a user's text, whose parts must not meet. */

@@ -194,11 +194,8 @@ static glbk_result glbk__rsm_program(glbk_context *ctx, glbk_rsm_renderer *r, in
     const int blind = which < GLBK__RSM_DIRECT || which == GLBK__RSM_DO_SCAN ||
                       which == GLBK__RSM_DO_SCAN_ROWS;
     if (r->programs[which].name) return GLBK_OK;
-    if (which == GLBK__RSM_FILL) {
-        char defines[GLBK__ATTRIBUTES_ROOM];
-        glbk__write_attributes(&r->attributes, "", defines);
-        return glbk__program_create(ctx, glbk_rsm_part(), names[0], defines, &r->programs[which]);
-    }
+    if (which == GLBK__RSM_FILL)
+        return glbk__drawing_program(ctx, glbk_rsm_part(), names[0], &r->attributes, "", &r->programs[which]);
     if (blind) return glbk__program_create(ctx, glbk_rsm_part(), names[0], names[1], &r->programs[which]);
     return glbk__gbuffer_program(ctx, glbk_rsm_part(), names[0], names[1], &r->programs[which]);
 }

@@ -1,5 +1,5 @@
 // Draws one object into a face of a map.
-// uses: rsm_bindings rsm_bound
+// uses: rsm_bindings rsm_bound mesh_fragment
 // with: rsm_fill.vert
 in vec3 rsm_place, rsm_facing;
 in vec2 rsm_uv;
@@ -9,7 +9,7 @@ layout(location = 2) out uvec4 rsm_out_flux;
 
 void main()
 {
-    vec3 albedo = glbk_rsm_drawn.albedo.xyz;
+    vec4 color = vec4(glbk_rsm_drawn.albedo.xyz, 1.0);
     vec4 eye = glbk_rsm_drawn.eye;
     vec3 view = eye.w > 0.0 ? eye.xyz - rsm_place : eye.xyz;
     vec3 flat_normal = rsm_normalize(cross(dFdx(rsm_place), dFdy(rsm_place)));
@@ -18,16 +18,15 @@ void main()
     if (dot(flat_normal, view) < 0.0) flat_normal = -flat_normal;
     vec3 n = dot(rsm_facing, rsm_facing) > 0.0 ? rsm_normalize(rsm_facing) : flat_normal;
     if (dot(n, flat_normal) < 0.0) n = -n;
-    float opacity = 1.0;
     if (glbk_rsm_drawn.has_map != 0u) {
-        vec4 map = texture(glbk_rsm_albedo_map, rsm_uv);
-        opacity = textureLod(glbk_rsm_albedo_map, rsm_uv, 0.0).w;
-        albedo *= map.xyz;
+        color.xyz *= texture(glbk_rsm_albedo_map, rsm_uv).xyz;
+        color.w = textureLod(glbk_rsm_albedo_map, rsm_uv, 0.0).w;
     }
-    if (opacity < glbk_rsm_drawn.alpha_cutoff) discard;
+    bool there = glbk_fragment(rsm_uv, color);
+    if (!there || color.w < glbk_rsm_drawn.alpha_cutoff) discard;
     rsm_light l = rsm_bound();
     int face = int(glbk_rsm_drawn.face);
-    vec3 r, u, a, flux = rsm_incident(l, face, ivec2(gl_FragCoord.xy)) * l.value * albedo;
+    vec3 r, u, a, flux = rsm_incident(l, face, ivec2(gl_FragCoord.xy)) * l.value * color.xyz;
     if (!(max(max(flux.x, flux.y), flux.z) <= 1e18)) flux = vec3(0.0);
     rsm_face_axes(l, face, r, u, a);
     float depth = dot(rsm_place - l.position, a);

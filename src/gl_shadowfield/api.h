@@ -111,6 +111,7 @@ struct glbk_sfield_renderer {           /* the light of a picture; read only; ze
     uint32_t     bands;
     uint32_t     self_attribute;
     int          compute;               /* not 0: pixels are shaded by a compute shader */
-    int32_t      position_attribute;    /* the attribute that record was compiled for */
+    int32_t      record_position;       /* the attribute that record was compiled for */
+    const char  *record_vertex;         /* the function of yours that it was compiled with */
     float        world_to_clip[16];     /* the matrix of glbk_sfield_self_begin */
 };

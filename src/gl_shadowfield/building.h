@@ -294,7 +294,7 @@ static glbk_result glbk__sfield_see_program(glbk_context *ctx, const glbk_sfield
 {
     static const char function[] = "glbk_sfield_builder_create";
     const uint32_t radiance = d->radiance_attribute && !d->mesh ? d->radiance_attribute : 1;
-    char more[40], defines[GLBK__ATTRIBUTES_ROOM];
+    char more[40];
     glbk_attributes at;
     glbk__sink sink;
     glbk_result result = glbk__take_attributes(ctx, function, &d->attributes, &at);
@@ -302,8 +302,11 @@ static glbk_result glbk__sfield_see_program(glbk_context *ctx, const glbk_sfield
     if (result != GLBK_OK) return result;
     if (radiance > 15)
         return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.radiance_attribute", radiance, 0, 15);
-    if (d->mesh) at.position = 0;
-    if (b->source && (uint32_t)at.position == radiance)
+    if (d->mesh) {
+        memset(&at, 0, sizeof at);
+        at.normal = at.uv = at.tangent = -1;
+    }
+    if (b->source && !at.vertex && (uint32_t)at.position == radiance)
         return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "desc.radiance_attribute", radiance,
                                   "other than desc.attributes.position");
     sink.out = more;
@@ -313,8 +316,7 @@ static glbk_result glbk__sfield_see_program(glbk_context *ctx, const glbk_sfield
     glbk__append_text(&sink, " SFIELD_RADIANCE=");
     glbk__sfield_number(&sink, radiance);
     more[sink.used] = 0;
-    glbk__write_attributes(&at, more, defines);
-    return glbk__program_create(ctx, glbk_sfield_part(), "sfield_see.frag", defines, &b->see);
+    return glbk__drawing_program(ctx, glbk_sfield_part(), "sfield_see.frag", &at, more, &b->see);
 }
 
 /* Compiles the programs of a builder. */

@@ -102,29 +102,32 @@ GLBK_DEF glbk_result glbk_sfield_self_upload(glbk_context *ctx, glbk_sfield_rend
     return result;
 }
 
-/* Compiles the program for a mesh with its position at that location, unless there is one. */
-static glbk_result glbk__sfield_record(glbk_context *ctx, glbk_sfield_renderer *r, int32_t position)
+/* Compiles the program for meshes as the G-buffer draws them, unless there is one. */
+static glbk_result glbk__sfield_record(glbk_context *ctx, glbk_sfield_renderer *r, const glbk_attributes *at)
 {
-    static const char *const names[4] = { " SFIELD_SELF0=", " SFIELD_SELF1=", " SFIELD_SELF2=",
+    static const char *const names[4] = { "SFIELD_SELF0=", " SFIELD_SELF1=", " SFIELD_SELF2=",
                                           " SFIELD_SELF3=" };
-    char defines[100];
+    char defines[96];
+    glbk_attributes place;
     glbk__sink sink;
     uint32_t i;
 
-    if (r->record.name && r->position_attribute == position) return GLBK_OK;
+    if (r->record.name && r->record_vertex == at->vertex && r->record_position == at->position)
+        return GLBK_OK;
     glbk_program_free(ctx, &r->record);
-    r->position_attribute = position;
+    r->record_vertex = at->vertex;
+    r->record_position = at->position;
+    place = *at;
+    place.fragment = NULL;      /* the depth test leaves out holes */
     sink.out = defines;
     sink.bytes = sizeof defines;
     sink.used = 0;
-    glbk__append_text(&sink, "SFIELD_POSITION=");
-    glbk__sfield_number(&sink, (uint32_t)position);
     for (i = 0; i < 4; i++) {
         glbk__append_text(&sink, names[i]);
         glbk__sfield_number(&sink, r->self_attribute + i);
     }
     defines[sink.used] = 0;
-    return glbk__program_create(ctx, glbk_sfield_part(), "sfield_self.frag", defines, &r->record);
+    return glbk__drawing_program(ctx, glbk_sfield_part(), "sfield_self.frag", &place, defines, &r->record);
 }
 
 GLBK_DEF glbk_result glbk_sfield_self_begin(glbk_context *ctx, glbk_sfield_renderer *r, const glbk_gbuffer *g)
@@ -145,11 +148,11 @@ GLBK_DEF glbk_result glbk_sfield_self_begin(glbk_context *ctx, glbk_sfield_rende
     if (r->bands > 4)
         return glbk__refuse_value(ctx, GLBK_ERR_LIMIT, __func__, "the number of bands", r->bands,
                                   "1..4 to be drawn");
-    if (g->attributes.position >= (int32_t)r->self_attribute &&
+    if (!g->attributes.vertex && g->attributes.position >= (int32_t)r->self_attribute &&
         g->attributes.position < (int32_t)r->self_attribute + 4)
         return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, __func__, "desc.self_attribute", r->self_attribute,
                                   "such that the position is in none of four attributes from it on");
-    result = glbk__sfield_record(ctx, r, g->attributes.position);
+    result = glbk__sfield_record(ctx, r, &g->attributes);
     memset(&target, 0, sizeof target);
     target.color[0] = target.color[1] = &r->self;
     target.layer[1] = 1;

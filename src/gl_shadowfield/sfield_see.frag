@@ -1,5 +1,5 @@
 // Writes 1 where anything hides, or the radiance of the nearest triangle, which emits on one side.
-// uses: sfield_bindings
+// uses: sfield_bindings mesh_hole
 // with: sfield_see.vert
 // sets: SFIELD_SOURCE=0 | SFIELD_SOURCE=1
 #if SFIELD_SOURCE
@@ -10,6 +10,7 @@ layout(location = 0) out uvec4 seen;
 
 void main()
 {
+    if (glbk_is_hole()) discard;
 #if SFIELD_SOURCE
     seen = uvec4(floatBitsToUint(gl_FrontFacing ? sfield_radiance : vec3(0.0)), 0u);
     // A back lies a little behind a front in the same place, so that sheets may shine on both sides.

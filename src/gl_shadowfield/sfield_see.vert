@@ -1,13 +1,11 @@
 // Draws a mesh as seen from the eyes of a column of tiles, one tile an instance. The viewport is the column
 // and clips along x; the near and far planes do so along y, so that no triangle leaves its tile. The
-// position and the radiance stand where glbk_sfield_builder_desc says.
-// uses: sfield_bindings
+// radiance stands where glbk_sfield_builder_desc says.
+// uses: sfield_bindings mesh_place
 // sets: SFIELD_SOURCE=0 | SFIELD_SOURCE=1
-#ifndef GBUFFER_POSITION
-#define GBUFFER_POSITION 0
+#ifndef SFIELD_RADIANCE
 #define SFIELD_RADIANCE 1
 #endif
-layout(location = GBUFFER_POSITION) in vec3 position;
 #if SFIELD_SOURCE
 layout(location = SFIELD_RADIANCE) in vec3 radiance;
 flat out vec3 sfield_radiance;
@@ -30,7 +28,7 @@ void main()
     vec4 eye = glbk_sfield_views.eyes[tile];
     uvec4 place = glbk_sfield_views.places[tile];
     vec4 sphere = glbk_sfield_views.sphere;
-    vec3 q = sfield_to_face(place.x, (position - sphere.xyz) / sphere.w - eye.xyz);
+    vec3 q = sfield_to_face(place.x, (glbk_vertex_place() - sphere.xyz) / sphere.w - eye.xyz);
     float rows = float(glbk_sfield_views.rows);
     gl_Position = vec4(q.x, (q.y + (float(2u * place.w) + 1.0) * q.z) / rows - q.z, q.y, q.z);
 #if SFIELD_SOURCE

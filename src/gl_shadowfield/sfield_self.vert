@@ -1,14 +1,12 @@
 // Draws self-visibility x cosine of objects that were drawn into the G-buffer, at the same places. Four
 // attributes have four coefficients each.
-// uses: sfield_bindings
-#ifndef SFIELD_POSITION
-#define SFIELD_POSITION 0
+// uses: sfield_bindings mesh_place
+#ifndef SFIELD_SELF0
 #define SFIELD_SELF0 4
 #define SFIELD_SELF1 5
 #define SFIELD_SELF2 6
 #define SFIELD_SELF3 7
 #endif
-layout(location = SFIELD_POSITION) in vec3 position;
 layout(location = SFIELD_SELF0) in vec4 self0;
 layout(location = SFIELD_SELF1) in vec4 self1;
 layout(location = SFIELD_SELF2) in vec4 self2;
@@ -18,7 +16,7 @@ out vec4 sfield_self0, sfield_self1, sfield_self2, sfield_self3;
 
 void main()
 {
-    vec3 place = (glbk_sfield_object.transform * vec4(position, 1.0)).xyz; // computed as in gbuffer_draw.vert
+    vec3 place = (glbk_sfield_object.transform * vec4(glbk_vertex_place(), 1.0)).xyz; // computed as in gbuffer_draw.vert
     sfield_self0 = self0;
     sfield_self1 = self1;
     sfield_self2 = self2;

@@ -156,7 +156,7 @@ static glbk_result make(gl_test *t, things *x)
     const lsamp_light_desc light = disc();
     glbk_csm_lights_desc lights;
     glbk_csm_renderer_desc renderer = { SIDE, SIDE, 0, 0 };
-    glbk_gbuffer_desc seen = { SIDE, SIDE, { 0, 0, 0, 0 }, NULL };
+    glbk_gbuffer_desc seen = { SIDE, SIDE, { 0, 0, 0, 0, NULL, NULL }, NULL };
     glbk_csm_builder_desc builder;
     cohsm_desc maps;
     glbk_pixel pixels[PIXELS];

@@ -183,7 +183,7 @@ typedef struct rig { glbk_csm_renderer renderer; glbk_gbuffer seen; glbk_csm_map
 
 static void open_rig(gl_test *t, int patterns, rig *r)
 {
-    const glbk_gbuffer_desc seen = { SIDE, SIDE, { 0, 0, 0, 0 }, NULL };
+    const glbk_gbuffer_desc seen = { SIDE, SIDE, { 0, 0, 0, 0, NULL, NULL }, NULL };
     glbk_csm_renderer_desc desc;
     memset(&desc, 0, sizeof desc);
     desc.width = desc.height = SIDE;

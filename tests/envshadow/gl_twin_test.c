@@ -534,32 +534,26 @@ static void a_sealed_box_is_dark(void **state)
 
 /* Every second tile full or empty; what is asked of one stays when all the others change. */
 static const char checker_vertex[] =
-    "layout(location = 0) in vec3 position;\n"
-    "out float envsh_depth;\n"
-    "void main()\n"
+    "layout(location = 0) in vec3 at;\n"
+    "uniform float job_light, job_flip;\n"
+    "void glbk_vertex(out vec3 position, out vec3 normal, out vec2 uv, out vec4 tangent)\n"
     "{\n"
     "    uint light = glbk_envsh_object.first_light + glbk_envsh_object.light_step * uint(gl_InstanceID);\n"
-    "    vec4 job = glbk_envsh_object.transform[3];\n"
-    "    bool full = ((light & 1u) == 1u) != (job.y > 0.0 && light != uint(job.x));\n"
-    "    ENVSH_CAST(full ? position : vec3(0.0))\n"
+    "    bool full = ((light & 1u) == 1u) != (job_flip > 0.0 && light != uint(job_light));\n"
+    "    position = full ? at : vec3(0.0);\n"
+    "    normal = vec3(0.0);\n"
+    "    uv = vec2(0.0);\n"
+    "    tangent = vec4(0.0);\n"
     "}\n";
-static const char checker_fragment[] =
-    "in float envsh_depth;\n"
-    "#if ENVSH_RGBA\n"
-    "layout(location = 0) out uvec4 envsh_bits;\n"
-    "#endif\n"
-    "void main() { ENVSH_STORE(envsh_depth) }\n";
 
 typedef struct checker { const rig *r; float light, flip; } checker;
 
 static glbk_result draw_checker(void *user, glbk_context *ctx, glbk_envsh_maps *maps, uint32_t instances)
 {
     const checker *c = (const checker *)user;
-    float job[16] = { 0 };
-    glbk_result result;
-    job[12] = c->light;
-    job[13] = c->flip;
-    result = glbk_envsh_cast(ctx, maps, job);
+    const glbk_result result = glbk_envsh_cast(ctx, maps, NULL);
+    ctx->gl.Uniform1f(ctx->gl.GetUniformLocation(ctx->program, "job_light"), c->light);
+    ctx->gl.Uniform1f(ctx->gl.GetUniformLocation(ctx->program, "job_flip"), c->flip);
     ctx->gl.BindVertexArray(c->r->vertex_array);
     ctx->gl.DrawArraysInstanced(GLBK_GL_TRIANGLES, 0, (int32_t)things.vertices, (int32_t)instances);
     return result;
@@ -586,7 +580,7 @@ static void tiles_do_not_bleed(void **state)
     c.r = &r;
     for (rgba = 0; rgba < 2; rgba++) {
         const envsh_maps_desc layout = { .map_side = 64, .rgba = rgba };
-        const glbk_envsh_maps_desc d = { r.count, &layout, checker_vertex, checker_fragment, { 0, 0, 0, 0 } };
+        const glbk_envsh_maps_desc d = { r.count, &layout, { 0, 0, 0, 0, checker_vertex, NULL } };
         glbk_envsh_maps m;
         glbk_texture table;
         tool ask = make_tool(t, ask_text, "envsh_light",
@@ -793,17 +787,18 @@ static void groups_know_what_their_pixels_see(void **state)
 /* ---- users' shaders, the drawn G-buffer ---- */
 
 static const char leaf_vertex[] =
-    "layout(location = 0) in vec3 position;\n"
-    "out float envsh_depth;\n"
+    "layout(location = 0) in vec3 at;\n"
     "out vec3 place;\n"
-    "void main() { place = position; ENVSH_CAST(position) }\n";
+    "void glbk_vertex(out vec3 position, out vec3 normal, out vec2 uv, out vec4 tangent)\n"
+    "{\n"
+    "    position = place = at;\n"
+    "    normal = vec3(0.0);\n"
+    "    uv = vec2(0.0);\n"
+    "    tangent = vec4(0.0);\n"
+    "}\n";
 static const char leaf_fragment[] =
-    "in float envsh_depth;\n"
     "in vec3 place;\n"
-    "#if ENVSH_RGBA\n"
-    "layout(location = 0) out uvec4 envsh_bits;\n"
-    "#endif\n"
-    "void main() { if (place.x > 0.0) discard; ENVSH_STORE(envsh_depth) }\n";
+    "bool glbk_fragment(vec2 uv, inout vec4 color) { return place.x <= 0.0; }\n";
 
 /* A square over the ground of which a mask leaves the left half, lit from straight above; the picture is drawn. */
 static void a_mask_of_the_users_lets_light_through_in_a_drawn_picture(void **state)
@@ -832,8 +827,8 @@ static void a_mask_of_the_users_lets_light_through_in_a_drawn_picture(void **sta
         memset(&above, 0, sizeof above);
         d.capacity = 1;
         d.maps = &(envsh_maps_desc){ .map_side = 64, .rgba = rgba };
-        d.vertex = leaf_vertex;
-        d.fragment = leaf_fragment;
+        d.attributes.vertex = leaf_vertex;
+        d.attributes.fragment = leaf_fragment;
         above.direction[1] = 1;
         above.irradiance[0] = above.irradiance[1] = above.irradiance[2] = 3.14159265f;
         assert_glbk(t, glbk_envsh_maps_create(&t->gl, &d, &m));
@@ -909,8 +904,7 @@ static void bad_arguments_are_named(void **state)
                                  high = { .map_side = 5000 }, wide = { .map_side = 64, .guard = 17 };
     static const glbk_envsh_maps_desc bad[] = {
         { .capacity = 0, .maps = &good }, { .capacity = 8193, .maps = &good }, { .capacity = 4, .maps = &low },
-        { .capacity = 4, .maps = &high }, { .capacity = 4, .maps = &wide },
-        { .capacity = 4, .maps = &good, .vertex = leaf_vertex }
+        { .capacity = 4, .maps = &high }, { .capacity = 4, .maps = &wide }
     };
     size_t i;
     for (i = 0; i < sizeof bad / sizeof bad[0]; i++) {
@@ -921,8 +915,8 @@ static void bad_arguments_are_named(void **state)
     d.capacity = 8192;
     d.maps = &(envsh_maps_desc){ .map_side = 4096 };
     assert_int_equal(glbk_envsh_maps_create(&t->gl, &d, &m), GLBK_ERR_LIMIT);
-    d.vertex = "void main() {";
-    d.fragment = leaf_fragment;
+    d.attributes.vertex = "void glbk_vertex(";
+    d.attributes.fragment = leaf_fragment;
     d.capacity = 1;
     d.maps = &(envsh_maps_desc){ .map_side = 64 };
     t->expected_errors = ~0u;

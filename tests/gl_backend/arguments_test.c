@@ -637,7 +637,8 @@ static void csm_frames_refuse_bad_arguments(void **state)
     glbk_context *gl = &t->gl;
     gl_canvas screen = gl_canvas_make(t, GLBK_FORMAT_COLOR, SIDE, SIDE, 0);
     glbk_csm_renderer_desc d = { SIDE, SIDE, 1, 0 };
-    const glbk_gbuffer_desc sizes = { SIDE, SIDE, { 0, 0, 0, 0 }, NULL }, small = { SIDE, 4, { 0, 0, 0, 0 }, NULL };
+    const glbk_gbuffer_desc sizes = { SIDE, SIDE, { 0, 0, 0, 0, NULL, NULL }, NULL };
+    const glbk_gbuffer_desc small = { SIDE, 4, { 0, 0, 0, 0, NULL, NULL }, NULL };
     glbk_gbuffer seen, wrong, unmade = { 0 };
     glbk_csm_renderer r, none = { 0 };
     glbk_csm_frame_desc f = { 0 };
@@ -757,8 +758,8 @@ static void csm_builders_refuse_bad_arguments(void **state)
     GL_TEST(t, state)
     glbk_context *gl = &t->gl;
     cohsm_desc maps;
-    const glbk_csm_builder_desc defaults = { NULL, flat_view, draw_nothing, NULL, { 0, 0, 0, 0 } };
-    glbk_csm_builder_desc d = { &maps, flat_view, draw_nothing, NULL, { 0, 0, 0, 0 } };
+    const glbk_csm_builder_desc defaults = { NULL, flat_view, draw_nothing, NULL, { 0, 0, 0, 0, NULL, NULL } };
+    glbk_csm_builder_desc d = { &maps, flat_view, draw_nothing, NULL, { 0, 0, 0, 0, NULL, NULL } };
     glbk_csm_builder b, none;
     uint32_t last = 99;
 
@@ -830,11 +831,11 @@ static void envsh_maps_and_frames_refuse_bad_arguments(void **state)
     glbk_context *gl = &t->gl;
     gl_canvas screen = gl_canvas_make(t, GLBK_FORMAT_COLOR, SIDE, SIDE, 0);
     envsh_maps_desc maps = { .map_side = 16, .guard = 2 };
-    glbk_envsh_maps_desc d = { 2, &maps, NULL, NULL, { 0, 0, 0, 0 } };
+    glbk_envsh_maps_desc d = { 2, &maps, { 0, 0, 0, 0, NULL, NULL } };
     envsh_query q = { ENVSH_FILTER_PENUMBRA, 16, 4, 1, 1, 0, 0 };
     glbk_envsh_maps m, none = { 0 };
     glbk_envsh_renderer r, no_r = { 0 };
-    glbk_gbuffer_desc size = { SIDE, SIDE, { 0, 0, 0, 0 }, NULL };
+    glbk_gbuffer_desc size = { SIDE, SIDE, { 0, 0, 0, 0, NULL, NULL }, NULL };
     glbk_gbuffer seen, narrow, no_seen = { 0 };
     glbk_envsh_frame f = { NULL, 0, cast_nothing, NULL, NULL };
     glbk_pass pass = { 0 };
@@ -846,8 +847,6 @@ static void envsh_maps_and_frames_refuse_bad_arguments(void **state)
     MAKES(m, glbk_envsh_maps_create(gl, NULL, &m));
     DESC_WRONG(m, d.capacity, 0, glbk_envsh_maps_create(gl, &d, &m));
     DESC_WRONG(m, d.capacity, ENVSH_MAX_LIGHTS + 1, glbk_envsh_maps_create(gl, &d, &m));
-    DESC_WRONG(m, d.vertex, "void main() { }\n", glbk_envsh_maps_create(gl, &d, &m));
-    DESC_WRONG(m, d.fragment, "void main() { }\n", glbk_envsh_maps_create(gl, &d, &m));
     DESC_WRONG(m, maps.map_side, 15, glbk_envsh_maps_create(gl, &d, &m));
     DESC_WRONG(m, maps.map_side, 4097, glbk_envsh_maps_create(gl, &d, &m));
     DESC_WRONG(m, maps.guard, 5, glbk_envsh_maps_create(gl, &d, &m));
@@ -1044,7 +1043,7 @@ static void rsm_renderers_and_tables_refuse_bad_arguments(void **state)
     rsm_light l = { RSM_LIGHT_SPOT, { 0, 0, 0 }, { 0, 0, -1 }, { 0, 1, 0 }, { 1, 1, 1 }, 1, 0.5f, 0.1f, 10 };
     static const rsm_material materials[2], shining = { { 2, 0, 0 }, 1 };
     static const float two[4] = { 0, 0, 2, 0 };
-    glbk_rsm_renderer_desc d = { SIDE, SIDE, 1, 0, 0, { 0, 0, 0, 0 } };
+    glbk_rsm_renderer_desc d = { SIDE, SIDE, 1, 0, 0, { 0, 0, 0, 0, NULL, NULL } };
     rsm_gather_desc tables;
     glbk_rsm_renderer r, none = { 0 };
     glbk_rsm_map m, no_map = { 0 };
@@ -1114,12 +1113,13 @@ static void rsm_passes_refuse_bad_arguments(void **state)
     glbk_context *gl = &t->gl;
     gl_canvas screen = gl_canvas_make(t, GLBK_FORMAT_COLOR, SIDE, SIDE, 0);
     rsm_light l = { RSM_LIGHT_SPOT, { 0, 0, 0 }, { 0, 0, -1 }, { 0, 1, 0 }, { 1, 1, 1 }, 1, 0.5f, 0.1f, 10 };
-    glbk_rsm_renderer_desc d = { SIDE, SIDE, 1, 1, 0, { 0, 0, 0, 0 } }, plain = { SIDE, SIDE, 0, 0, 0, { 0, 0, 0, 0 } };
+    glbk_rsm_renderer_desc d = { SIDE, SIDE, 1, 1, 0, { 0, 0, 0, 0, NULL, NULL } };
+    glbk_rsm_renderer_desc plain = { SIDE, SIDE, 0, 0, 0, { 0, 0, 0, 0, NULL, NULL } };
     glbk_rsm_renderer r, none = { 0 }, bare;
     glbk_rsm_map m, no_map = { 0 }, *maps[1] = { &m }, *bad[1] = { NULL }, *unmade[1] = { &no_map };
     const glbk_rsm_map *seen[1] = { &m }, *nothing[1] = { NULL }, *unseen[1] = { &no_map };
-    const glbk_gbuffer_desc size = { SIDE, SIDE, { 0, 0, 0, 0 }, NULL };
-    const glbk_gbuffer_desc half = { SIDE, SIDE / 2, { 0, 0, 0, 0 }, NULL };
+    const glbk_gbuffer_desc size = { SIDE, SIDE, { 0, 0, 0, 0, NULL, NULL }, NULL };
+    const glbk_gbuffer_desc half = { SIDE, SIDE / 2, { 0, 0, 0, 0, NULL, NULL }, NULL };
     glbk_gbuffer sight, small, blind = { 0 };
     rsm_direct_desc direct;
     rsm_gather_desc g;
@@ -1510,8 +1510,8 @@ static void ism_passes_refuse_bad_arguments(void **state)
     GL_TEST(t, state)
     static float rgba[4 * SIDE * SIDE];
     glbk_context *gl = &t->gl;
-    const glbk_gbuffer_desc size = { SIDE, SIDE, { 0, 0, 0, 0 }, NULL };
-    const glbk_gbuffer_desc half = { SIDE, SIDE / 2, { 0, 0, 0, 0 }, NULL };
+    const glbk_gbuffer_desc size = { SIDE, SIDE, { 0, 0, 0, 0, NULL, NULL }, NULL };
+    const glbk_gbuffer_desc half = { SIDE, SIDE / 2, { 0, 0, 0, 0, NULL, NULL }, NULL };
     const ism_vpl v = { { 0, 2, 0 }, { 0, -1, 0 }, { 1, 1, 1 }, { 0, -1, 0 }, 1, 0, 0.1f, 0, 0, 0, 0, 0, 0 };
     const ism_desc d = ism_sizes();
     ism_info info;

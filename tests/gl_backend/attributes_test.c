@@ -1,6 +1,7 @@
 /* attributes_test - all calls that draw the user's meshes take a glbk_attributes: what is drawn from attributes that
    lie elsewhere is what the usual locations give, to the last bit, and locations that cannot be are refused by name.
-   gbuffer_test has the same of the G-buffer itself. */
+   gbuffer_test has the same of the G-buffer itself. Functions of the user's that bend vertices, colour pixels and leave
+   some out do the same in every pass. */
 #define _POSIX_C_SOURCE 200809L
 #include <math.h>
 #include <setjmp.h>
@@ -40,7 +41,7 @@ static const places usual = { { 0, 1, 2, -1 } }, moved = { { 12, 0, 5, -1 } }, b
 
 typedef struct shape { uint32_t array, buffer; const glbk_texture *color; glbk_result drawn; } shape;
 
-static shape make_shape(gl_test *t, const places *where)
+static shape make_shape_of(gl_test *t, const places *where, const vertex *six)
 {
     static const int32_t sizes[4] = { 3, 3, 2, 3 };
     const glbk_functions *gl = &t->gl.gl;
@@ -52,7 +53,7 @@ static shape make_shape(gl_test *t, const places *where)
     gl->GenBuffers(1, &s.buffer);
     gl->BindVertexArray(s.array);
     gl->BindBuffer(GLBK_GL_ARRAY_BUFFER, s.buffer);
-    gl->BufferData(GLBK_GL_ARRAY_BUFFER, sizeof corners, corners, GLBK_GL_STATIC_DRAW);
+    gl->BufferData(GLBK_GL_ARRAY_BUFFER, 6 * sizeof *six, six, GLBK_GL_STATIC_DRAW);
     for (i = 0; i < 4; i++) {
         const int32_t at = where->at[i];
         if (at >= 0) gl->EnableVertexAttribArray((uint32_t)at);
@@ -65,6 +66,8 @@ static shape make_shape(gl_test *t, const places *where)
     return s;
 }
 
+static shape make_shape(gl_test *t, const places *where) { return make_shape_of(t, where, corners); }
+
 static void free_shape(gl_test *t, shape *s)
 {
     t->gl.gl.DeleteVertexArrays(1, &s->array);
@@ -73,6 +76,8 @@ static void free_shape(gl_test *t, shape *s)
 
 static void draw_instances(glbk_context *gl, const shape *s, uint32_t instances)
 {
+    const int32_t lift = gl->gl.GetUniformLocation(gl->program, "lift");     /* of bend, below; -1 in other programs */
+    gl->gl.Uniform1f(lift, 0.125f);
     gl->gl.BindVertexArray(s->array);
     gl->gl.DrawArraysInstanced(GLBK_GL_TRIANGLES, 0, 6, (int32_t)instances);
 }
@@ -120,7 +125,8 @@ static void maps_of_lights_have_normals_and_colours_from_elsewhere(void **state)
     GL_TEST(t, state)
     static rsm_texel first[RSM_TEXELS], second[RSM_TEXELS], plain[RSM_TEXELS];
     static const uint8_t colors[16] = { 255, 0, 0, 255, 0, 255, 0, 255, 0, 0, 255, 255, 9, 99, 9, 255 };
-    const glbk_attributes none = { 0, 0, 0, 0 }, at_moved = { 12, 0, 5, 7 }, at_bare = { 3, -1, -1, -1 };
+    const glbk_attributes none = { 0, 0, 0, 0, NULL, NULL }, at_moved = { 12, 0, 5, 7, NULL, NULL };
+    const glbk_attributes at_bare = { 3, -1, -1, -1, NULL, NULL };
     shape s = make_shape(t, &usual), m = make_shape(t, &moved), b = make_shape(t, &bare);
     const glbk_texture_desc d = { GLBK_FORMAT_RGBA8, 2, 2, 0, 0, GLBK_SAMPLING_DEFAULT, 0, colors };
     glbk_texture color;
@@ -190,7 +196,8 @@ static cohsm_maps *build(gl_test *t, const glbk_attributes *attributes, shape *s
 static void builders_of_maps_find_positions_elsewhere(void **state)
 {
     GL_TEST(t, state)
-    const glbk_attributes none = { 0, 0, 0, 0 }, at_moved = { 12, 0, 5, 7 }, wrong = { 0, 12, 5, 7 };
+    const glbk_attributes none = { 0, 0, 0, 0, NULL, NULL }, at_moved = { 12, 0, 5, 7, NULL, NULL };
+    const glbk_attributes wrong = { 0, 12, 5, 7, NULL, NULL };
     shape s = make_shape(t, &usual), m = make_shape(t, &moved);
     cohsm_maps *first = build(t, &none, &s), *second = build(t, &at_moved, &m), *third = build(t, &wrong, &m);
     size_t bytes, other, off;
@@ -254,7 +261,7 @@ static void casters_have_positions_elsewhere(void **state)
 {
     GL_TEST(t, state)
     static uint32_t first[4 * ENVSH_TEXELS], second[4 * ENVSH_TEXELS];
-    const glbk_attributes none = { 0, 0, 0, 0 }, at_moved = { 12, 0, 5, 7 };
+    const glbk_attributes none = { 0, 0, 0, 0, NULL, NULL }, at_moved = { 12, 0, 5, 7, NULL, NULL };
     shape s = make_shape(t, &usual), m = make_shape(t, &moved);
     int i, cast_on = 0;
     draw_tile(t, &none, &s, first);
@@ -307,7 +314,7 @@ static void sources_have_radiance_elsewhere(void **state)
     GL_TEST(t, state)
     static float first[3 * FIELD_TEXELS], second[3 * FIELD_TEXELS];
     const places plain = { { 0, -1, -1, 1 } }, other = { { 1, -1, -1, 15 } };
-    const glbk_attributes none = { 0, 0, 0, 0 }, at_other = { 1, -1, -1, -1 };
+    const glbk_attributes none = { 0, 0, 0, 0, NULL, NULL }, at_other = { 1, -1, -1, -1, NULL, NULL };
     shape s = make_shape(t, &plain), m = make_shape(t, &other);
     float sum = 0;
     int i;
@@ -318,6 +325,210 @@ static void sources_have_radiance_elsewhere(void **state)
     assert_true(sum > 10);                      /* some texels see it */
     free_shape(t, &s);
     free_shape(t, &m);
+}
+
+/* ---- functions of the user's ---- */
+
+/* Takes the attributes of `moved` and bends them by swaps, halves and one sum, so that C finds the same bits. */
+static const char bend[] =
+    "layout(location = 12) in vec3 at;\n"
+    "layout(location = 0) in vec3 facing;\n"
+    "layout(location = 5) in vec2 place;\n"
+    "uniform float lift;\n"
+    "void glbk_vertex(out vec3 position, out vec3 normal, out vec2 uv, out vec4 tangent)\n"
+    "{\n"
+    "    position = 0.5 * at.yxz;\n"
+    "    position.z += lift;\n"
+    "    normal = facing.yxz;\n"
+    "    uv = place.yx;\n"
+    "    tangent = vec4(0.0);\n"
+    "}\n";
+static const places bent_places = { { 12, 0, 5, 1 } };
+
+static void bend_corners(vertex *out)
+{
+    size_t i;
+    for (i = 0; i < 6; i++) {
+        const vertex *v = &corners[i];
+        out[i] = *v;
+        out[i].position[0] = 0.5f * v->position[1];
+        out[i].position[1] = 0.5f * v->position[0];
+        out[i].position[2] = 0.5f * v->position[2] + 0.125f;
+        out[i].normal[0] = v->normal[1];
+        out[i].normal[1] = v->normal[0];
+        out[i].uv[0] = v->uv[1];
+        out[i].uv[1] = v->uv[0];
+    }
+}
+
+static const char all_there[] = "bool glbk_fragment(vec2 uv, inout vec4 color) { return uv.x < 9.0; }\n";
+static const char half_there[] = "bool glbk_fragment(vec2 uv, inout vec4 color) { return uv.x < 0.5; }\n";
+static const char none_there[] = "bool glbk_fragment(vec2 uv, inout vec4 color) { return uv.x > 9.0; }\n";
+static const char half_bright[] =
+    "bool glbk_fragment(vec2 uv, inout vec4 color) { color.rgb *= 0.5; return true; }\n";
+
+enum { MOST_BYTES = 1 << 16, SEEN_SIDE = 32, PASSES = 5 };
+
+/* Draws a shape in one of the passes. Returns how many bytes of what came out are kept. */
+static size_t draw_by(gl_test *t, int pass, const glbk_attributes *attributes, shape *s, uint32_t radiance, void *out)
+{
+    static const float clip[16] = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0.5f, 0, 0, 0, 0, 1 }, eye[3] = { 0, 0, 5 };
+    cohsm_maps *maps;
+    glbk_gbuffer_desc d;
+    glbk_surface surface;
+    glbk_gbuffer g;
+    size_t bytes = 0;
+    memset(out, 0, MOST_BYTES);
+    if (pass == 0) draw_map(t, attributes, s, (rsm_texel *)out);
+    if (pass == 0) return RSM_TEXELS * sizeof(rsm_texel);
+    if (pass == 1) draw_tile(t, attributes, s, (uint32_t *)out);
+    if (pass == 1) return 16 * ENVSH_TEXELS;
+    if (pass == 2) see(t, attributes, radiance, s, (float *)out);
+    if (pass == 2) return 12 * FIELD_TEXELS;
+    if (pass == 3) {
+        const void *data;
+        maps = build(t, attributes, s);
+        data = cohsm_data(maps, &bytes);
+        assert_true(bytes <= MOST_BYTES);
+        memcpy(out, data, bytes);
+        cohsm_free(maps);
+        return bytes;
+    }
+    memset(&d, 0, sizeof d);
+    memset(&surface, 0, sizeof surface);
+    d.width = d.height = SEEN_SIDE;
+    d.attributes = *attributes;
+    surface.material.diffuse[0] = surface.material.diffuse[1] = surface.material.diffuse[2] = 1;
+    assert_glbk(t, glbk_gbuffer_create(&t->gl, &d, &g));
+    assert_glbk(t, glbk_gbuffer_begin(&t->gl, &g, clip, eye));
+    assert_glbk(t, glbk_gbuffer_object(&t->gl, &g, &surface));
+    draw_instances(&t->gl, s, 1);
+    assert_true(sizeof(glbk_pixel) * 256 <= MOST_BYTES);
+    assert_glbk(t, glbk_gbuffer_read(&t->gl, &g, SEEN_SIDE / 2, 8, (glbk_pixel *)out));
+    glbk_gbuffer_free(&t->gl, &g);
+    return 8 * SEEN_SIDE * sizeof(glbk_pixel);
+}
+
+/* What is bent by GLSL is what is drawn when C has bent it, to the last bit, in every pass. */
+static void vertices_are_found_by_functions_of_the_users(void **state)
+{
+    GL_TEST(t, state)
+    static unsigned char is[MOST_BYTES], wanted[MOST_BYTES], straight[MOST_BYTES];
+    static const places plain_places = { { 0, 1, 2, 15 } };
+    static const uint8_t colors[16] = { 255, 0, 0, 255, 0, 255, 0, 255, 0, 0, 255, 255, 9, 99, 9, 255 };
+    const glbk_texture_desc d = { GLBK_FORMAT_RGBA8, 2, 2, 0, 0, GLBK_SAMPLING_DEFAULT, 0, colors };
+    const glbk_attributes none = { 0, 0, 0, 0, NULL, NULL }, own = { 0, 0, 0, 0, bend, NULL };
+    vertex bent[6];
+    shape s, c, p;
+    glbk_texture color;
+    int pass;
+    bend_corners(bent);
+    s = make_shape(t, &bent_places);
+    c = make_shape_of(t, &plain_places, bent);
+    p = make_shape(t, &plain_places);
+    assert_glbk(t, glbk_texture_create(&t->gl, &d, &color));
+    s.color = c.color = p.color = &color;
+    for (pass = 0; pass < PASSES; pass++) {
+        const size_t bytes = draw_by(t, pass, &own, &s, 1, is);
+        assert_int_equal(bytes, draw_by(t, pass, &none, &c, 15, wanted));
+        assert_memory_equal(is, wanted, bytes);
+        draw_by(t, pass, &none, &p, 15, straight);
+        assert_true(memcmp(is, straight, bytes) != 0);
+    }
+    glbk_texture_free(&t->gl, &color);
+    free_shape(t, &s);
+    free_shape(t, &c);
+    free_shape(t, &p);
+}
+
+/* Where all pixels are there the pass is as without a function, where none is, as without a draw; with half of them it
+   is neither. */
+static void pixels_are_left_out_by_functions_of_the_users(void **state)
+{
+    GL_TEST(t, state)
+    static unsigned char with[4][MOST_BYTES];
+    static const places plain_places = { { 0, 1, 2, 15 } };
+    static const char *const texts[4] = { NULL, all_there, half_there, none_there };
+    static vertex nothing[6];
+    shape s = make_shape(t, &plain_places), no = make_shape_of(t, &plain_places, nothing);
+    int pass, i;
+    for (pass = 0; pass < PASSES; pass++) {
+        static unsigned char empty[MOST_BYTES];
+        size_t bytes[4], without;
+        for (i = 0; i < 4; i++) {
+            const glbk_attributes own = { 0, 1, 2, 3, NULL, texts[i] };
+            bytes[i] = draw_by(t, pass, &own, &s, 15, with[i]);
+        }
+        {
+            const glbk_attributes plain = { 0, 1, 2, 3, NULL, NULL };
+            without = draw_by(t, pass, &plain, &no, 15, empty);
+        }
+        assert_int_equal(bytes[0], bytes[1]);
+        assert_memory_equal(with[0], with[1], bytes[0]);
+        assert_int_equal(bytes[3], without);
+        assert_memory_equal(with[3], empty, without);
+        assert_true(bytes[2] != bytes[0] || memcmp(with[2], with[0], bytes[0]) != 0);
+        assert_true(bytes[2] != bytes[3] || memcmp(with[2], with[3], bytes[3]) != 0);
+    }
+    free_shape(t, &s);
+    free_shape(t, &no);
+}
+
+/* In a map of a light each texel that is left has texture coordinates of which the function holds, and half the flux if
+   it halves the colour. */
+static void texels_are_left_and_coloured_as_the_function_says(void **state)
+{
+    GL_TEST(t, state)
+    static rsm_texel all[RSM_TEXELS], half[RSM_TEXELS], dim[RSM_TEXELS];
+    glbk_attributes own = { 0, 1, 2, 3, NULL, NULL };
+    shape s = make_shape(t, &usual);
+    int i, k, kept = 0, left = 0;
+    draw_map(t, &own, &s, all);
+    own.fragment = half_there;
+    draw_map(t, &own, &s, half);
+    own.fragment = half_bright;
+    draw_map(t, &own, &s, dim);
+    for (i = 0; i < RSM_TEXELS; i++) {
+        const float *p = all[i].position;
+        const vertex *v = all[i].normal[1] > 0.5f ? corners : corners + 3;
+        /* of the triangle that is nearest to the light, whose normals tell which it is */
+        const float ax = v[1].position[0] - v[0].position[0], ay = v[1].position[1] - v[0].position[1];
+        const float bx = v[2].position[0] - v[0].position[0], by = v[2].position[1] - v[0].position[1];
+        const float x = p[0] - v[0].position[0], y = p[1] - v[0].position[1], area = ax * by - ay * bx;
+        const float a = (x * by - y * bx) / area, b = (ax * y - ay * x) / area;
+        const float u = v[0].uv[0] + a * (v[1].uv[0] - v[0].uv[0]) + b * (v[2].uv[0] - v[0].uv[0]);
+        if (!(all[i].flux[0] > 0)) continue;
+        for (k = 0; k < 3; k++) assert_true(dim[i].flux[k] == 0.5f * all[i].flux[k]);
+        assert_memory_equal(dim[i].position, all[i].position, sizeof dim[i].position);
+        if (u < 0.499f) {
+            assert_memory_equal(&half[i], &all[i], sizeof half[i]);
+            kept++;
+        } else if (u > 0.501f) {
+            assert_true(memcmp(&half[i], &all[i], sizeof half[i]) != 0);    /* empty, or what lies behind */
+            left++;
+        }
+    }
+    assert_true(kept > 10 && left > 10);
+    free_shape(t, &s);
+}
+
+/* A fault is the text's own: the log says so. */
+static void faults_of_the_users_functions_are_said(void **state)
+{
+    GL_TEST(t, state)
+    static const char wrong[] = "void glbk_vertex(out vec3 position) { position = vec4(0.0); }\n";
+    static const char missing[] = "float other() { return 1.0; }\n";
+    glbk_csm_builder_desc d;
+    glbk_csm_builder b;
+    memset(&d, 0, sizeof d);
+    d.view_fn = view_of;
+    d.draw_fn = draw_layer;
+    d.attributes.vertex = wrong;
+    t->expected_errors = ~0u;
+    assert_int_equal(glbk_csm_builder_create(&t->gl, &d, &b), GLBK_ERR_COMPILE);
+    assert_non_null(strstr(t->log, "your text"));
+    d.attributes.vertex = missing;
+    assert_int_not_equal(glbk_csm_builder_create(&t->gl, &d, &b), GLBK_OK);
 }
 
 /* ---- what is refused ---- */
@@ -332,8 +543,9 @@ static void sources_have_radiance_elsewhere(void **state)
 static void locations_that_cannot_be_are_named(void **state)
 {
     GL_TEST(t, state)
-    const glbk_attributes no_position = { -1, 0, 1, 2 }, far_off = { 3, 16, 1, 2 }, twice = { 3, 4, 3, 2 };
-    const glbk_attributes at_1 = { 1, -1, -1, -1 };
+    const glbk_attributes no_position = { -1, 0, 1, 2, NULL, NULL }, far_off = { 3, 16, 1, 2, NULL, NULL };
+    const glbk_attributes twice = { 3, 4, 3, 2, NULL, NULL };
+    const glbk_attributes at_1 = { 1, -1, -1, -1, NULL, NULL };
     glbk_rsm_renderer r;
     glbk_csm_builder c;
     glbk_envsh_maps e;
@@ -379,6 +591,10 @@ int main(int count, char **values)
                                   gl_unit_test(builders_of_maps_find_positions_elsewhere),
                                   gl_unit_test(casters_have_positions_elsewhere),
                                   gl_unit_test(sources_have_radiance_elsewhere),
+                                  gl_unit_test(vertices_are_found_by_functions_of_the_users),
+                                  gl_unit_test(pixels_are_left_out_by_functions_of_the_users),
+                                  gl_unit_test(texels_are_left_and_coloured_as_the_function_says),
+                                  gl_unit_test(faults_of_the_users_functions_are_said),
                                   gl_unit_test(locations_that_cannot_be_are_named) };
     (void)count;
     GL_TEST_MAIN(values, tests, GL_USUAL);

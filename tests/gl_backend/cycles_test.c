@@ -163,7 +163,7 @@ static struct { glbk_rsm_map map; glbk_rsm_renderer renderer; } rsm;
 
 static glbk_result make_rsm(gl_test *t)
 {
-    static const glbk_rsm_renderer_desc renderer = { 4, 4, 1, 1, 0, { 0, 0, 0, 0 } };
+    static const glbk_rsm_renderer_desc renderer = { 4, 4, 1, 1, 0, { 0, 0, 0, 0, NULL, NULL } };
     static const rsm_material materials[2];
     rsm_gather_desc tables;
     rsm_light lamp;

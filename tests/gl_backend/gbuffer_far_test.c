@@ -88,7 +88,7 @@ static int check_normals(gl_test *t, const glbk_target *target, uint32_t image, 
 static void far_normals_are_the_vertices_or_none(void **state)
 {
     GL_TEST(t, state)
-    glbk_gbuffer_desc size = { SIDE, SIDE, { 0, 0, 0, 0 }, NULL };
+    glbk_gbuffer_desc size = { SIDE, SIDE, { 0, 0, 0, 0, NULL, NULL }, NULL };
     glbk_gbuffer g;
     glbk_surface d;
     float clip[16];

@@ -268,7 +268,7 @@ static void attributes_are_where_the_desc_says(void **state)
     GL_TEST(t, state)
     static glbk_pixel p[PIXELS], other[PIXELS];
     static const int32_t moved[4] = { 12, 0, 5, 3 }, bare[4] = { 1, -1, -1, -1 };
-    const glbk_attributes at_moved = { 12, 0, 5, 3 }, at_bare = { 1, -1, -1, -1 };
+    const glbk_attributes at_moved = { 12, 0, 5, 3, NULL, NULL }, at_bare = { 1, -1, -1, -1, NULL, NULL };
     glbk_gbuffer g = make_gbuffer(t, NULL), h = make_gbuffer(t, &at_moved), b = make_gbuffer(t, &at_bare);
     int i;
     draw_scene(t, &g, usual, p);

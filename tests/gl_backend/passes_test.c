@@ -98,7 +98,7 @@ static void read_screen(gl_test *t, float *out)
 static void make_csm(gl_test *t)
 {
     const glbk_csm_renderer_desc renderer = { SIDE, SIDE, 0, 0 };
-    const glbk_gbuffer_desc seen = { SIDE, SIDE, { 0, 0, 0, 0 }, NULL };
+    const glbk_gbuffer_desc seen = { SIDE, SIDE, { 0, 0, 0, 0, NULL, NULL }, NULL };
     const float zeros[3 * PIXELS] = { 0 };
     cohsm_query questions;
     lsamp_light_desc light;
@@ -216,7 +216,7 @@ static void make_envsh(gl_test *t)
     const envsh_bounds bounds = { { -1, -1, -1 }, { 1, 1, 1 } };
     glbk_gbuffer_desc size;
     envsh_maps_desc layout;
-    const glbk_envsh_maps_desc maps = { LIGHTS, &layout, NULL, NULL, { 0, 0, 0, 0 } };
+    const glbk_envsh_maps_desc maps = { LIGHTS, &layout, { 0, 0, 0, 0, NULL, NULL } };
     envlt_desc d;
     const envlt_light *list;
     uint32_t count, i;
@@ -275,7 +275,7 @@ static void destroy_envsh(glbk_context *gl)
 
 static void make_rsm(gl_test *t)
 {
-    const glbk_rsm_renderer_desc renderer = { SIDE, SIDE, 1, 1, 0, { 0, 0, 0, 0 } };
+    const glbk_rsm_renderer_desc renderer = { SIDE, SIDE, 1, 1, 0, { 0, 0, 0, 0, NULL, NULL } };
     glbk_gbuffer_desc size;
     rsm_light lamp;
     memset(&size, 0, sizeof size);
@@ -355,7 +355,7 @@ static void make_ism(gl_test *t)
     static const ism_vpl lamp = { { 0, 2, 0 }, { 0, -1, 0 }, { 1, 2, 3 }, { 0, -1, 0 }, 1, 0, 0.1f, 0, 0, 0, 0, 1, 0 };
     ism_info info;
     const ism_mesh mesh = { table, 4, 0, triangles, 6, NULL, NULL, NULL, NULL, NULL };
-    const glbk_gbuffer_desc size = { SIDE, SIDE, { 0, 0, 0, 0 }, NULL };
+    const glbk_gbuffer_desc size = { SIDE, SIDE, { 0, 0, 0, 0, NULL, NULL }, NULL };
     static glbk_pixel pixels[PIXELS];
     ism_surfel surfels[POINTS];
     ism_desc d;

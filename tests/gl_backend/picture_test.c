@@ -54,7 +54,7 @@ static void put_light(gl_test *t, const glbk_texture *texture, float value)
 static void make_csm(gl_test *t, glbk_csm_renderer *r, glbk_gbuffer *seen)
 {
     static glbk_pixel pixels[TEXELS];
-    const glbk_gbuffer_desc size = { WIDE, HIGH, { 0, 0, 0, 0 }, NULL };
+    const glbk_gbuffer_desc size = { WIDE, HIGH, { 0, 0, 0, 0, NULL, NULL }, NULL };
     glbk_csm_renderer_desc desc = { WIDE, HIGH, 0, 0 };
     int i;
     for (i = 0; i < TEXELS; i++) {
@@ -73,7 +73,7 @@ static void make_csm(gl_test *t, glbk_csm_renderer *r, glbk_gbuffer *seen)
 static void make_envsh(gl_test *t, glbk_gbuffer *seen, glbk_envsh_renderer *r)
 {
     static glbk_pixel pixels[TEXELS];
-    glbk_gbuffer_desc size = { WIDE, HIGH, { 0, 0, 0, 0 }, NULL };
+    glbk_gbuffer_desc size = { WIDE, HIGH, { 0, 0, 0, 0, NULL, NULL }, NULL };
     int i, k;
     for (i = 0; i < TEXELS; i++) {
         memset(&pixels[i], 0, sizeof pixels[i]);
@@ -91,8 +91,8 @@ static void make_envsh(gl_test *t, glbk_gbuffer *seen, glbk_envsh_renderer *r)
 static void make_rsm(gl_test *t, glbk_rsm_renderer *r, glbk_gbuffer *seen)
 {
     static glbk_pixel pixels[TEXELS];
-    const glbk_gbuffer_desc size = { WIDE, HIGH, { 0, 0, 0, 0 }, NULL };
-    glbk_rsm_renderer_desc desc = { WIDE, HIGH, 0, 0, 0, { 0, 0, 0, 0 } };
+    const glbk_gbuffer_desc size = { WIDE, HIGH, { 0, 0, 0, 0, NULL, NULL }, NULL };
+    glbk_rsm_renderer_desc desc = { WIDE, HIGH, 0, 0, 0, { 0, 0, 0, 0, NULL, NULL } };
     int i, k;
     for (i = 0; i < TEXELS; i++) {
         memset(&pixels[i], 0, sizeof pixels[i]);
@@ -335,7 +335,7 @@ static void a_framebuffer_that_stays_bound_is_an_error(void **state)
 {
     GL_TEST(t, state)
     static const float eye[3] = { 0, 0, 1 };
-    const glbk_gbuffer_desc size = { WIDE, HIGH, { 0, 0, 0, 0 }, NULL };
+    const glbk_gbuffer_desc size = { WIDE, HIGH, { 0, 0, 0, 0, NULL, NULL }, NULL };
     glbk_csm_renderer_desc desc = { WIDE, HIGH, 0, 0 };
     glbk_gbuffer drawn;
     gl_canvas room = gl_canvas_make(t, GLBK_FORMAT_RGBA8, WIDE, HIGH, 0);

@@ -129,7 +129,7 @@ static void envsh_resolves_into_any_view(void **state)
 {
     GL_TEST(t, state)
     static glbk_pixel pixels[TEXELS];
-    glbk_gbuffer_desc size = { WIDE, HIGH, { 0, 0, 0, 0 }, NULL };
+    glbk_gbuffer_desc size = { WIDE, HIGH, { 0, 0, 0, 0, NULL, NULL }, NULL };
     lit_view v;
     int i, k;
     for (i = 0; i < TEXELS; i++) {
@@ -157,8 +157,8 @@ static void rsm_resolves_into_any_view(void **state)
 {
     GL_TEST(t, state)
     static glbk_pixel pixels[TEXELS];
-    const glbk_gbuffer_desc size = { WIDE, HIGH, { 0, 0, 0, 0 }, NULL };
-    glbk_rsm_renderer_desc desc = { WIDE, HIGH, 0, 0, 0, { 0, 0, 0, 0 } };
+    const glbk_gbuffer_desc size = { WIDE, HIGH, { 0, 0, 0, 0, NULL, NULL }, NULL };
+    glbk_rsm_renderer_desc desc = { WIDE, HIGH, 0, 0, 0, { 0, 0, 0, 0, NULL, NULL } };
     glbk_rsm_renderer r;
     int i, k;
     for (i = 0; i < TEXELS; i++)
@@ -182,7 +182,7 @@ static void ism_resolves_into_any_view(void **state)
 {
     GL_TEST(t, state)
     static glbk_pixel pixels[TEXELS];
-    const glbk_gbuffer_desc size = { WIDE, HIGH, { 0, 0, 0, 0 }, NULL };
+    const glbk_gbuffer_desc size = { WIDE, HIGH, { 0, 0, 0, 0, NULL, NULL }, NULL };
     glbk_ism_renderer r;
     int i, k;
     for (i = 0; i < TEXELS; i++)

@@ -63,7 +63,7 @@ static void prepare(scene *s)
 static glbk_result make(gl_test *t, scene *s)
 {
     ism_mesh mesh = { table, 4, 0, triangles, 6, NULL, NULL, NULL, NULL, NULL };
-    const glbk_gbuffer_desc size = { SIDE, SIDE, { 0, 0, 0, 0 }, NULL };
+    const glbk_gbuffer_desc size = { SIDE, SIDE, { 0, 0, 0, 0, NULL, NULL }, NULL };
     const glbk_ism_choice_desc two = { 2, 2, 1, 0 };
     ism_desc d;
     glbk_texture_desc source;

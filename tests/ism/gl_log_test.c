@@ -288,9 +288,9 @@ static void a_wrong_shading_is_named(void **state)
     GL_TEST(t, state)
     glbk_context *gl = &t->gl;
     const glbk_result no = GLBK_ERR_DESC;
-    const glbk_gbuffer_desc full = { SIDE, SIDE, { 0, 0, 0, 0 }, NULL };
-    const glbk_gbuffer_desc wide = { 2 * SIDE, SIDE, { 0, 0, 0, 0 }, NULL };
-    const glbk_gbuffer_desc high = { SIDE, 2 * SIDE, { 0, 0, 0, 0 }, NULL };
+    const glbk_gbuffer_desc full = { SIDE, SIDE, { 0, 0, 0, 0, NULL, NULL }, NULL };
+    const glbk_gbuffer_desc wide = { 2 * SIDE, SIDE, { 0, 0, 0, 0, NULL, NULL }, NULL };
+    const glbk_gbuffer_desc high = { SIDE, 2 * SIDE, { 0, 0, 0, 0, NULL, NULL }, NULL };
     const ism_vpl v = { { 0, 2, 0 }, { 0, -1, 0 }, { 1, 1, 1 }, { 0, -1, 0 }, 1, 0, 0.1f, 0, 0, 0, 0, 0, 0 };
     const ism_info info = { 0 };
     glbk_ism_maps m = make_maps(t), none;

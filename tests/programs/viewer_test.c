@@ -370,6 +370,20 @@ static void shadowed_bounce_example_draws(void **state)
     assert_true(wall[0] < 10);
 }
 
+/* Through the screen's holes light falls on the green wall and, past the column, on the back; the column leans to the
+   left over what would be lit wall. */
+static void own_vertices_example_draws(void **state)
+{
+    const unsigned char *p = example_picture("10c_own_vertices_gl_minimal", 640, 480);
+    const unsigned char *hole = p + 3 * (225 * 640 + 448), *between = p + 3 * (240 * 640 + 456);
+    const unsigned char *behind = p + 3 * (220 * 640 + 385), *column = p + 3 * (245 * 640 + 335);
+    (void)state;
+    assert_true(hole[1] > 150 && hole[1] > hole[0] + 60);
+    assert_true(between[1] < 110);
+    assert_true(behind[0] > 190);
+    assert_true(column[1] < 110 && 4 * column[2] < 3 * column[1]);
+}
+
 /* The block's side away from the sun: the sky alone would make it blue, the sun's light from the red wall makes it red.
    Its shadow on the ground is the sky's work. */
 static void sky_and_bounce_example_draws(void **state)
@@ -562,6 +576,7 @@ int main(int count, char **values)
         cmocka_unit_test(bounced_light_example_draws), cmocka_unit_test(sky_example_draws),
         cmocka_unit_test(fields_example_draws), cmocka_unit_test(own_shadow_example_draws),
         cmocka_unit_test(vpls_example_draws), cmocka_unit_test(shadowed_bounce_example_draws),
+        cmocka_unit_test(own_vertices_example_draws),
         cmocka_unit_test(sky_and_bounce_example_draws), cmocka_unit_test(deferred_example_draws),
         cmocka_unit_test(compute_example_draws),
     };

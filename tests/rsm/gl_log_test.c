@@ -46,9 +46,9 @@ static void draw_nothing(void *user, glbk_context *ctx, glbk_rsm_renderer *r)
 static void open_stage(gl_test *t)
 {
     const rsm_light l = sun();
-    const glbk_rsm_renderer_desc full = { SIDE, SIDE, 1, 1, 0, { 0, 0, 0, 0 } };
-    const glbk_rsm_renderer_desc bare = { SIDE, SIDE, 0, 0, 0, { 0, 0, 0, 0 } };
-    glbk_gbuffer_desc d = { SIDE, SIDE, { 0, 0, 0, 0 }, NULL };
+    const glbk_rsm_renderer_desc full = { SIDE, SIDE, 1, 1, 0, { 0, 0, 0, 0, NULL, NULL } };
+    const glbk_rsm_renderer_desc bare = { SIDE, SIDE, 0, 0, 0, { 0, 0, 0, 0, NULL, NULL } };
+    glbk_gbuffer_desc d = { SIDE, SIDE, { 0, 0, 0, 0, NULL, NULL }, NULL };
     memset(&s, 0, sizeof s);
     assert_glbk(t, glbk_rsm_map_create(&t->gl, &l, 4, &s.map));
     assert_glbk(t, glbk_rsm_renderer_create(&t->gl, &full, &s.full));
@@ -150,7 +150,7 @@ static void a_wrong_renderer_desc_is_named(void **state)
 {
     GL_TEST(t, state)
     glbk_context *gl = &t->gl;
-    glbk_rsm_renderer_desc d = { SIDE, SIDE, 0, 0, 0, { 0, 0, 0, 0 } };
+    glbk_rsm_renderer_desc d = { SIDE, SIDE, 0, 0, 0, { 0, 0, 0, 0, NULL, NULL } };
     glbk_rsm_renderer r;
     gl_listen(t);
     gl->max_side = 8;

@@ -94,7 +94,7 @@ static void look(gl_test *t)
 static glbk_rsm_renderer renderer_of(gl_test *t)
 {
     glbk_rsm_renderer r;
-    glbk_rsm_renderer_desc d = { SIDE, SIDE, 1, 1, 0, { 0, 0, 0, 0 } };
+    glbk_rsm_renderer_desc d = { SIDE, SIDE, 1, 1, 0, { 0, 0, 0, 0, NULL, NULL } };
     assert_glbk(t, glbk_rsm_renderer_create(&t->gl, &d, &r));
     return r;
 }
@@ -115,7 +115,7 @@ static void bad_arguments_are_refused(void **state)
     GL_TEST(t, state)
     rsm_light good = lamp_of(RSM_LIGHT_SUN, 1), bad;
     glbk_rsm_renderer r = renderer_of(t);
-    glbk_rsm_renderer_desc none = { 0, 4, 0, 0, 0, { 0, 0, 0, 0 } };
+    glbk_rsm_renderer_desc none = { 0, 4, 0, 0, 0, { 0, 0, 0, 0, NULL, NULL } };
     glbk_rsm_map map, *maps[2] = { &map, NULL };
     rsm_gather_desc d = by_flux(10);
     rsm_interpolation grid = { 3, 0, 0, 0, 0, 0, 0, NULL };
@@ -203,7 +203,7 @@ static glbk_result make(gl_test *t, glbk_rsm_map *map, glbk_rsm_renderer *r)
 {
     const rsm_gather_desc tables = with_tables();
     rsm_light lamp = lamp_of(RSM_LIGHT_PATCH, 1);
-    glbk_rsm_renderer_desc d = { SIDE, SIDE, 1, 1, 0, { 0, 0, 0, 0 } };
+    glbk_rsm_renderer_desc d = { SIDE, SIDE, 1, 1, 0, { 0, 0, 0, 0, NULL, NULL } };
     glbk_result result = GLBK_OK;
     rsm_texel back[16];
     memset(r, 0, sizeof *r);
@@ -321,7 +321,7 @@ static void no_memory_and_a_lost_context_come_out(void **state)
     assert_glbk(t, frame(t, &map, &r, &c.target));      /* compiles all programs */
     assert_int_equal(r.compute, t->gl.compute);
     for (int i = 0; i < 2; i++) {       /* a list of all pixels does not fit in a storage buffer */
-        const glbk_rsm_renderer_desc way = { SIDE, SIDE, i, 0, 0, { 0, 0, 0, 0 } };
+        const glbk_rsm_renderer_desc way = { SIDE, SIDE, i, 0, 0, { 0, 0, 0, 0, NULL, NULL } };
         const size_t most = t->gl.max_storage;
         glbk_rsm_renderer other;
         t->gl.max_storage = 4 * SIDE * SIDE - 1;

@@ -52,7 +52,7 @@ static lit *lit_new(const rsm_light *light, uint32_t size)
 
 static void use_renderer(uint32_t width, uint32_t height)
 {
-    glbk_rsm_renderer_desc d = { 0, 0, 1, 0, 0, { 0, 0, 0, 0 } };
+    glbk_rsm_renderer_desc d = { 0, 0, 1, 0, 0, { 0, 0, 0, 0, NULL, NULL } };
     if (seen_by.width == width && seen_by.height == height) return;
     glbk_rsm_renderer_free(&now->gl, &seen_by);
     glbk_gbuffer_free(&now->gl, &sight);

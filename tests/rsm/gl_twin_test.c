@@ -146,7 +146,7 @@ static void upload_points(gl_test *t, glbk_gbuffer *seen)
 static glbk_rsm_renderer renderer_of(gl_test *t)
 {
     glbk_rsm_renderer r;
-    glbk_rsm_renderer_desc d = { SIDE, SIDE, 1, 1, 0, { 0, 0, 0, 0 } };
+    glbk_rsm_renderer_desc d = { SIDE, SIDE, 1, 1, 0, { 0, 0, 0, 0, NULL, NULL } };
     assert_glbk(t, glbk_rsm_renderer_create(&t->gl, &d, &r));
     return r;
 }
@@ -892,7 +892,7 @@ static void compute_has_every_size(void **state)
     make_world();
     open_paths(t, &p);
     for (size = 0; size < sizeof sizes / sizeof sizes[0]; size++) {
-        glbk_rsm_renderer_desc d = { 0, 0, 1, 0, 0, { 0, 0, 0, 0 } };
+        glbk_rsm_renderer_desc d = { 0, 0, 1, 0, 0, { 0, 0, 0, 0, NULL, NULL } };
         p.width = d.width = sizes[size][0];
         p.height = d.height = sizes[size][1];
         for (k = 0; k < (size_t)d.width * d.height; k++) {
