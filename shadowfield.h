@@ -350,6 +350,11 @@ typedef struct sfield_points {      /* receivers that belong together, neighbour
                                        factor 1 - F under its integral then, so that the surface sends base (1
                                        - metallic) rgb + gloss to the eye. Takes no ambient */
     size_t              material_stride;    /* bytes, a multiple of 4, >= 20; 0 = one material for all */
+    float              *grazing;    /* results with gloss and materials, 3 floats a point: the part of gloss
+                                       that F0, which is 0.04 + (base - 0.04) metallic, does not color. By it
+                                       a texture can: for its F0', gloss is (gloss - grazing) F0' / F0 +
+                                       grazing, and rgb has the factor (1 - F0') / (1 - F0). NULL = not
+                                       wanted */
 } sfield_points;
 
 /* ---- memory, threads, progress, messages: the caller's ---- */
@@ -9901,6 +9906,8 @@ static void sfield__write_outputs(sfield__tile *t)
         if (t->chains == 2) sfield__sum_lights(t, 1, rgb);
         else memset(rgb, 0, sizeof rgb);
         sfield__store_rgb(t, rgb, 1, set->gloss);
+        memset(rgb, 0, sizeof rgb);
+        if (set->grazing) sfield__store_rgb(t, rgb, 1, set->grazing);
     }
 #endif
     for (l = 0; l < t->lanes && set->ambient; l++)
@@ -10262,6 +10269,7 @@ static void sfield__write_materials(const sfield__tile *t)
     for (k = 0; k < SFIELD__KERNELS; k++) sfield__sum_lights(t, k, sum[k]);
     sfield__color_tile(t, sum[SFIELD__DIFFUSE], sum[SFIELD__FACING], sum[SFIELD__GRAZING]);
     if (t->set->rgb) sfield__store_rgb(t, sum[SFIELD__DIFFUSE], 1, t->set->rgb);
+    if (t->set->grazing) sfield__store_rgb(t, sum[SFIELD__GRAZING], 1, t->set->grazing);
     sfield__store_rgb(t, sum[SFIELD__FACING], 1, t->set->gloss);
 }
 
@@ -11299,27 +11307,37 @@ typedef struct sfield__lobe {       /* how a point looks to its eye */
     int   narrow;                   /* not 0: the metal-rough lobe is not much wider than texels */
 } sfield__lobe;
 
+/* Returns a unit tangent of a surface that points to the eye, or anywhere if the eye is along the normal. */
+static sfield__v3 sfield__find_tangent(sfield__v3 n, sfield__v3 view)
+{
+    sfield__v3 t = sfield__v3_sub(view, sfield__v3_scale(n, sfield__v3_dot(n, view)));
+    if (sfield__v3_dot(t, t) < 1e-12f)
+        t = sfield__v3_cross(n, fabsf(n.x) < 0.6f ? sfield__v3_make(1, 0, 0) : sfield__v3_make(0, 1, 0));
+    return sfield__v3_normalize(t);
+}
+
 /* Prepares a point's BRDF. set->exponents or set->materials are there. */
 static void sfield__read_lobe(const sfield_points *set, size_t index, const float *n, const float *view,
                               sfield__lobe *b)
 {
+    const sfield__v3 up = sfield__v3_load(n), v = sfield__v3_load(view);
     float alpha;
-    uint32_t k;
     b->exponent = 0;
     b->narrow = 0;
-    b->nv = n[0] * view[0] + n[1] * view[1] + n[2] * view[2];
-    for (k = 0; k < 3; k++) {
-        b->n[k] = n[k];
-        b->v[k] = view[k];
-        b->mirror[k] = 2 * b->nv * n[k] - view[k];
-    }
+    b->nv = sfield__v3_dot(up, v);
+    sfield__v3_store(b->n, up);
+    sfield__v3_store(b->v, v);
+    sfield__v3_store(b->mirror, sfield__v3_sub(sfield__v3_scale(up, 2 * b->nv), v));
     if (!set->materials) {
         b->exponent = sfield__exponent_of(set, index);
         b->width = sqrtf(2 / b->exponent);
         return;
     }
     alpha = sfield__alpha_of(sfield__value_of(set->materials, set->material_stride, index)[4]);
-    b->nv = b->nv < 1e-3f ? 1e-3f : b->nv;
+    if (b->nv < 1e-3f) {            /* below the horizon an eye looks along the surface, as in the table */
+        b->nv = 1e-3f;
+        sfield__v3_store(b->v, sfield__v3_madd(sfield__find_tangent(up, v), up, 1e-3f));
+    }
     b->a2 = alpha * alpha;
     b->go = sqrtf(b->a2 + (1 - b->a2) * b->nv * b->nv);
     b->width = alpha;
@@ -11416,13 +11434,9 @@ static void sfield__scatter_lobe(const sfield_scene *s, const sfield__lobe *b, f
     const float c = b->nv < 1 ? b->nv : 1.0f, view[3] = { sqrtf(1 - c * c), 0, c };
     const float share = 1.0f / (float)(4 * SFIELD__DRAWS * SFIELD__DRAWS);
     float *facing = planes + s->cells, *grazing = facing + s->cells;
-    sfield__v3 n = sfield__v3_load(b->n), t = sfield__v3_load(b->v), u;
+    const sfield__v3 n = sfield__v3_load(b->n), t = sfield__find_tangent(n, sfield__v3_load(b->v));
+    const sfield__v3 u = sfield__v3_cross(n, t);
     uint32_t at, side;
-    t = sfield__v3_sub(t, sfield__v3_scale(n, sfield__v3_dot(n, t)));
-    if (sfield__v3_dot(t, t) < 1e-12f) t = sfield__v3_cross(n, sfield__v3_make(n.z, n.x, n.y));
-    if (sfield__v3_dot(t, t) < 1e-12f) t = sfield__v3_cross(n, sfield__v3_make(1, 0, 0));
-    t = sfield__v3_normalize(t);
-    u = sfield__v3_cross(n, t);
     memset(facing, 0, 2 * (size_t)s->cells * sizeof *facing);
     for (at = 0; at < 2 * SFIELD__DRAWS * SFIELD__DRAWS; at++) {
         double number, turn[2];
@@ -11486,6 +11500,7 @@ static void sfield__light_gloss(sfield__point *p, const sfield__tile *one, uint6
                 sfield__facing_of(sfield__value_of(set->materials, set->material_stride, index), (uint32_t)c);
             rgb[c] = sum[0][c] * (1 - f0) * 3.14159265f;        /* the caller divides by pi */
             gloss[c] = f0 * sum[1][c] + sum[2][c];
+            if (set->grazing) set->grazing[3 * index + (size_t)c] = sum[2][c];
         }
     }
 }
@@ -11527,6 +11542,7 @@ static void sfield__shade_set_haar(const sfield__job *job, const sfield_points *
     for (i = piece * SFIELD__LANES; i < set->count; i += job->pieces * SFIELD__LANES) {
         const size_t end = i + SFIELD__LANES < set->count ? i + SFIELD__LANES : set->count;
         if (set->gloss) memset(set->gloss + 3 * i, 0, 3 * (end - i) * sizeof *set->gloss);
+        if (set->gloss && set->grazing) memset(set->grazing + 3 * i, 0, 3 * (end - i) * sizeof *set->gloss);
         if (bundles) sfield__shade_bundle(&p, &b, i, (uint32_t)(end - i), hash);
         for (k = i; k < end && !bundles; k++) sfield__shade_point(&p, k, hash);
     }

@@ -13,6 +13,8 @@ const rd_key rd_common_keys[] = {
     { "emission", RD_WORD, "0|1", 0, 0, "0", "1 shows the emission of directly seen emitters" },
     { "aa", RD_INTEGER, NULL, 1, 16, "1", "aa x aa primary rays a pixel; --samples are shared among them" },
     { "materials", RD_WORD, "diffuse|full", 0, 0, "diffuse", "Lambert of the base colour, or the full BRDF" },
+    { "roughness", RD_NUMBER, "auto", 0, 1, "auto", "of all of the scene's materials; auto: each its own" },
+    { "metallic", RD_NUMBER, "auto", 0, 1, "auto", "of all of the scene's materials; auto: each its own" },
     { "ground", RD_WORD, "auto|0|1", 0, 0, "auto", "a plane of albedo 0.5 below; auto: without camera and emitters" },
     { "env_rotation", RD_NUMBER, NULL, -360000, 360000, "0", "of the sky about +Y, in degrees" },
     { "env_scale", RD_NUMBER, NULL, 0, 1e9, "1", "factor on the sky's radiance" },

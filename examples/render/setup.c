@@ -196,11 +196,23 @@ static int treat_emitters(ex_scene *scene, const rd_args *args)
     return result;
 }
 
+/* What the settings `roughness` and `metallic` make of all materials. */
+static void treat_materials(ex_scene *scene, const rd_args *args)
+{
+    for (uint32_t i = 0; i < scene->material_count; i++) {
+        if (!rd_setting_is(&args->settings, "roughness", "auto"))
+            scene->materials[i].roughness = (float)rd_setting_number(&args->settings, "roughness");
+        if (!rd_setting_is(&args->settings, "metallic", "auto"))
+            scene->materials[i].metallic = (float)rd_setting_number(&args->settings, "metallic");
+    }
+}
+
 static int finish(ex_scene *scene, rd_job *job, rd_emitter **emitters, const rd_args *args, char *error)
 {
     int has_light, ground;
     if (treat_emitters(scene, args) != 0)
         return out_of_memory(error);
+    treat_materials(scene, args);
     if (measure(scene, job, emitters, error) != 0)
         return -1;
     ground = rd_setting_is(&args->settings, "ground", "auto") ? !scene->has_camera && job->emitter_count == 0

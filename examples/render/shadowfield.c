@@ -18,7 +18,8 @@ static const sfield_entity upright = { NULL, NULL, { 1, 0, 0, 0, 0, 1, 0, 0, 0, 
 typedef struct sf_state {
     sfield_scene   *scene;
     sfield_basis    basis;
-    int             full;
+    int             full, gltf;         /* materials=full; by glTF's BRDF, not by Phong's lobe */
+    float         (*material)[5];       /* by object: the one that all of it has */
     sfield_field  **occlusion;          /* by mesh; equal meshes share */
     sf_surface     *surface;            /* by mesh */
     sf_bones       *bones;              /* by mesh; without bones: rigid */
@@ -40,7 +41,7 @@ typedef struct sf_state {
     sfield_entity  *entities;           /* objects, with what they emit; then lamps; then bones */
     const sf_surface **surface_of;      /* by object; NULL: pixel by pixel */
     sf_tap         *taps;
-    float         **rgb, **gloss;       /* by object: of its chosen points */
+    float         **rgb, **gloss, **grazing;    /* by object: of its chosen points */
     size_t          points;
     sfield_cache  **cache;              /* lazy=1: of each object's points, then of the flat ones */
     float          *flat_positions;     /* that the last one is of */
@@ -589,7 +590,9 @@ static int place(sf_state *s, const rd_job *job, char *error)
 /* Every pixel of flat receivers is a point. Those of one that shines, which its own light does not fall on, are in its
    space, and stand together behind the others. */
 typedef struct flat {
-    float *positions, *normals, *views, *exponents, *rgb, *gloss;
+    float *positions, *normals, *views;
+    float *exponents, *materials;
+    float *rgb, *gloss, *grazing;
     uint32_t *pixel;
     size_t count;
 } flat;
@@ -615,6 +618,8 @@ static size_t gather_pixels(flat *f, const sf_state *s, const rd_job *job, uint3
         }
         memcpy(f->views + 3 * f->count, p->view, sizeof p->view);
         f->exponents[f->count] = alpha > 0.01f ? fmaxf(2 / (alpha * alpha) - 2, 1) : 1000;
+        memset(f->materials + 5 * f->count, 0, 4 * sizeof *f->materials);
+        f->materials[5 * f->count + 4] = fminf(fmaxf(p->roughness, 0), 1);
         f->pixel[f->count++] = (uint32_t)i;
     }
     return f->count - first;
@@ -624,7 +629,7 @@ static int make_flat(flat *f, const rd_job *job)
 {
     size_t room = (size_t)job->gbuffer->width * job->gbuffer->height + 1;
     memset(f, 0, sizeof *f);
-    f->positions = malloc(16 * room * sizeof *f->positions);
+    f->positions = malloc(24 * room * sizeof *f->positions);
     f->pixel = malloc(room * sizeof *f->pixel);
     if (!f->positions || !f->pixel)
         return -1;
@@ -633,6 +638,8 @@ static int make_flat(flat *f, const rd_job *job)
     f->rgb = f->views + 3 * room;
     f->gloss = f->rgb + 3 * room;
     f->exponents = f->gloss + 3 * room;
+    f->materials = f->exponents + room;
+    f->grazing = f->materials + 5 * room;
     return 0;
 }
 
@@ -654,12 +661,19 @@ static float *views_of(const sf_surface *s, const ex_object *o, const ex_camera 
     return views;
 }
 
-static void lay_pixel(const sf_state *s, const ex_pixel *p, const float *rgb, const float *gloss, float *out)
+/* grazing: what of gloss F0 does not color; of points without metal, F0 is 0.04. */
+static void lay_pixel(const sf_state *s, const ex_pixel *p, const float *rgb, const float *gloss, const float *grazing,
+                      float *out)
 {
     for (int k = 0; k < 3; k++) {
         float albedo = fminf(p->albedo[k], 1), diffuse = s->full ? albedo * (1 - p->metallic) : albedo;
         float specular = 0.04f * (1 - p->metallic) + albedo * p->metallic;
-        out[k] = fmaxf(diffuse * rgb[k] + (s->full ? specular * gloss[k] : 0), 0);
+        if (s->gltf)
+            out[k] = diffuse * rgb[k] * (1 - specular) / 0.96f + (gloss[k] - grazing[k]) * specular / 0.04f +
+                     grazing[k];
+        else
+            out[k] = diffuse * rgb[k] + (s->full ? specular * gloss[k] : 0);
+        out[k] = fmaxf(out[k], 0);
     }
 }
 
@@ -667,13 +681,13 @@ static void lay_pixels(const sf_state *s, const rd_job *job, const flat *f, ex_i
 {
     size_t pixels = (size_t)job->gbuffer->width * job->gbuffer->height;
     for (size_t i = 0; i < f->count; i++)
-        lay_pixel(s, &job->gbuffer->pixels[f->pixel[i]], f->rgb + 3 * i, f->gloss + 3 * i,
+        lay_pixel(s, &job->gbuffer->pixels[f->pixel[i]], f->rgb + 3 * i, f->gloss + 3 * i, f->grazing + 3 * i,
                   out->rgb + 3 * (size_t)f->pixel[i]);
     for (size_t i = 0; i < pixels; i++) {
         const ex_pixel *p = &job->gbuffer->pixels[i];
         const sf_tap *tap = &s->taps[i];
         const sf_surface *surface = p->object == UINT32_MAX ? NULL : s->surface_of[p->object];
-        float rgb[3] = { 0, 0, 0 }, gloss[3] = { 0, 0, 0 };
+        float rgb[3] = { 0, 0, 0 }, gloss[3] = { 0, 0, 0 }, grazing[3] = { 0, 0, 0 };
         if (!surface)
             continue;
         for (int v = 0; v < 3; v++)
@@ -683,10 +697,23 @@ static void lay_pixels(const sf_state *s, const rd_job *job, const flat *f, ex_i
                 for (int k = 0; k < 3; k++) {
                     rgb[k] += w * s->rgb[p->object][from + (size_t)k];
                     gloss[k] += s->full ? w * s->gloss[p->object][from + (size_t)k] : 0;
+                    grazing[k] += s->gltf ? w * s->grazing[p->object][from + (size_t)k] : 0;
                 }
             }
-        lay_pixel(s, p, rgb, gloss, out->rgb + 3 * i);
+        lay_pixel(s, p, rgb, gloss, grazing, out->rgb + 3 * i);
     }
+}
+
+/* What a set with gloss has besides: views and, by point, exponents or materials. */
+static void add_gloss(const sf_state *s, sfield_points *set, const float *views, const float *exponents,
+                      const float *materials, float *grazing)
+{
+    set->grazing = s->gltf ? grazing : NULL;
+    set->to_eye = views;
+    set->exponents = s->full && !s->gltf ? exponents : NULL;
+    set->exponent_stride = sizeof(float);
+    set->materials = s->full && s->gltf ? materials : NULL;
+    set->material_stride = 5 * sizeof(float);
 }
 
 /* The next pixels of flat receivers as a set. */
@@ -697,9 +724,7 @@ static void add_flat(sf_state *s, const rd_job *job, flat *f, uint32_t entity, s
     set->entity = entity == UINT32_MAX ? 0 : entity + 1;
     set->rgb = f->rgb + 3 * at;
     set->gloss = s->full ? f->gloss + 3 * at : NULL;
-    set->to_eye = f->views + 3 * at;
-    set->exponents = s->full ? f->exponents + at : NULL;
-    set->exponent_stride = sizeof(float);
+    add_gloss(s, set, f->views + 3 * at, f->exponents + at, f->materials + 5 * at, f->grazing + 3 * at);
     s->points += count;
 }
 
@@ -752,17 +777,21 @@ static sfield_points *add_bones(sf_state *s, uint32_t mesh, uint32_t object, sfi
 }
 
 /* The set of a rigid object. */
-static void add_surface(sf_state *s, uint32_t object, const float *views, sfield_points *set)
+static void add_surface(sf_state *s, const ex_scene *scene, uint32_t object, const float *views, sfield_points *set)
 {
     const sf_surface *surface = s->surface_of[object];
+    const uint32_t material = scene->objects[object].material;
     fill_set(set, surface->chosen_count, surface->chosen_positions, surface->chosen_normals);
     set->entity = object + 1;
     set->self = surface->self;
     set->rgb = s->rgb[object];
     set->gloss = s->full ? s->gloss[object] : NULL;
-    set->to_eye = views;
-    set->exponents = s->full ? surface->chosen_exponent : NULL;
-    set->exponent_stride = sizeof(float);
+    add_gloss(s, set, views, surface->chosen_exponent, surface->chosen_material, s->grazing[object]);
+    if (material && set->materials) {
+        sf_material(&scene->materials[material - 1], s->material[object]);
+        set->materials = s->material[object];
+        set->material_stride = 0;
+    }
     s->points += set->count;
 }
 
@@ -803,11 +832,12 @@ static int frame_shadowfield(void *opaque, const rd_job *job, ex_image *out, cha
         s->rgb[i] = realloc(s->rgb[i], floats * sizeof(float));
         s->gloss[i] = realloc(s->gloss[i], floats * sizeof(float));
         views[i] = s->full ? views_of(surface, &scene->objects[i], &scene->camera) : NULL;
-        good = s->rgb[i] && s->gloss[i] && (views[i] || !s->full);
+        s->grazing[i] = realloc(s->grazing[i], floats * sizeof(float));
+        good = s->rgb[i] && s->gloss[i] && s->grazing[i] && (views[i] || !s->full);
         if (good && s->bones[scene->objects[i].mesh].count)
             set = add_bones(s, scene->objects[i].mesh, i, set);
         else
-            add_surface(s, i, views[i], set++);
+            add_surface(s, scene, i, views[i], set++);
     }
     if (good) {
         flat_from = (size_t)(set - sets);
@@ -933,7 +963,10 @@ static void close_shadowfield(void *opaque)
         sfield_cache_free(s->cache[i]);
     for (size_t i = 0; s->rgb && s->rgb[i] != (float *)(void *)s; i++) {
         free(s->rgb[i]);
-        free(s->gloss[i]);
+        if (s->gloss)
+            free(s->gloss[i]);
+        if (s->grazing)
+            free(s->grazing[i]);
     }
     sf_baked_free(&s->baked);
     free(s->occlusion);
@@ -955,7 +988,15 @@ static void close_shadowfield(void *opaque)
     free(s->taps);
     free(s->rgb);
     free(s->gloss);
+    free(s->grazing);
+    free(s->material);
     free(s);
+}
+
+/* OpenGL has Phong's lobe alone. */
+static int wants_gltf(const rd_job *job)
+{
+    return rd_setting_is(job->settings, "gloss", "gltf") || (!job->gl && rd_setting_is(job->settings, "gloss", "auto"));
 }
 
 static int open_shadowfield(void **opaque, const rd_job *job, char *error)
@@ -969,6 +1010,8 @@ static int open_shadowfield(void **opaque, const rd_job *job, char *error)
         return out_of_memory(error);
     s->basis = rd_setting_is(job->settings, "basis", "haar") ? SFIELD_BASIS_HAAR : SFIELD_BASIS_SH;
     s->full = rd_setting_is(job->settings, "materials", "full");
+    s->gltf = s->full && wants_gltf(job);
+    s->material = calloc(objects + 1, sizeof *s->material);
     memset(&d, 0, sizeof d);
     d.basis = s->basis;
     d.bands = (uint32_t)rd_setting_integer(job->settings, "bands");
@@ -986,11 +1029,12 @@ static int open_shadowfield(void **opaque, const rd_job *job, char *error)
     s->old_light = calloc(lights, sizeof *s->old_light);
     s->surface_of = calloc(objects + 1, sizeof *s->surface_of);
     s->gloss = calloc(objects + 1, sizeof *s->gloss);
+    s->grazing = calloc(objects + 1, sizeof *s->grazing);
     s->rgb = calloc(objects + 1, sizeof *s->rgb);
     if (s->rgb)
         s->rgb[objects] = (float *)(void *)s;            /* the end of the list */
-    if (s->full && s->basis == SFIELD_BASIS_HAAR) {
-        snprintf(error, EX_ERROR_SIZE, "shadowfield: materials=full needs basis=sh");
+    if (job->gl && s->gltf) {
+        snprintf(error, EX_ERROR_SIZE, "shadowfield: gloss=gltf needs --backend cpu");
     } else if (job->gl && s->basis == SFIELD_BASIS_HAAR) {
         snprintf(error, EX_ERROR_SIZE, "shadowfield: --backend gl needs basis=sh");
     } else if (!job->gl && rd_setting_is(job->settings, "build", "gpu")) {
@@ -1000,7 +1044,7 @@ static int open_shadowfield(void **opaque, const rd_job *job, char *error)
     } else if (rd_setting_is(job->settings, "bones", "1") && (s->full || lazy)) {
         snprintf(error, EX_ERROR_SIZE, "shadowfield: bones=1 needs materials=diffuse and lazy=0");
     } else if ((lazy && !s->cache) || !s->light || !s->light_object || !s->light_of || !s->built || !s->glow ||
-               !s->old_light || !s->surface_of || !s->gloss || !s->rgb) {
+               !s->old_light || !s->surface_of || !s->material || !s->gloss || !s->grazing || !s->rgb) {
         out_of_memory(error);
     } else if ((r = sfield_scene_create(&d, &s->scene)) != SFIELD_OK) {
         failed("scene", r, error);
@@ -1061,6 +1105,8 @@ static const rd_key keys[] = {
     { "source_position_side", RD_INTEGER, "0", 2, 64, "0", "of what an object emits; 0: position_side" },
     { "source_shell_count", RD_INTEGER, "0", 2, 64, "0", "of that, which is built again when it changes; 0: shell_count" },
     { "bones", RD_WORD, "0|1", 0, 0, "0", "1: meshes that deform are rigid bodies that follow them" },
+    { "gloss", RD_WORD, "auto|gltf|phong", 0, 0, "auto",
+      "of materials=full: glTF's BRDF or a lobe as wide; auto: gltf, on OpenGL phong" },
     { "lazy", RD_WORD, "0|1", 0, 0, "0", "1 keeps what hides each light while only lights move" },
     { "build", RD_WORD, "cpu|gpu", 0, 0, "cpu", "where fields of meshes are made; gpu needs --backend gl" },
     { "keep", RD_NUMBER, NULL, 0, 1, "0", "share of wavelets kept of a cube; 0: 0.01" },

@@ -30,8 +30,14 @@ static float exponent_of(const ex_material *m)
     return n > 1 ? n < 1000 ? n : 1000 : 1;
 }
 
+void sf_material(const ex_material *material, float values[5])
+{
+    memset(values, 0, 4 * sizeof *values);
+    values[4] = fminf(fmaxf(material->roughness, 0), 1);
+}
+
 /* A triangle of c x c small ones, with points of its own. */
-static void cut_triangle(sf_surface *s, const ex_mesh *mesh, size_t t, uint32_t c, float exponent)
+static void cut_triangle(sf_surface *s, const ex_mesh *mesh, size_t t, uint32_t c)
 {
     const uint32_t *index = mesh->indices + 3 * t;
     uint32_t base = (uint32_t)s->point_count;
@@ -51,7 +57,7 @@ static void cut_triangle(sf_surface *s, const ex_mesh *mesh, size_t t, uint32_t 
             }
             for (int k = 0; k < 3; k++)
                 n[k] = length > 1e-12f ? n[k] / sqrtf(length) : k == 1;
-            s->exponent[s->point_count++] = exponent;
+            s->material[s->point_count++] = mesh->materials[t];
         }
     for (uint32_t j = 0, row = base; j < c; row += c + 1 - j, j++)
         for (uint32_t i = 0; i + j < c; i++) {
@@ -78,7 +84,7 @@ static float *spread_pieces(const sf_surface *s, const uint32_t *piece)
     return out;
 }
 
-static int choose(sf_surface *s, float spacing, const uint32_t *piece)
+static int choose(sf_surface *s, const ex_scene *scene, float spacing, const uint32_t *piece)
 {
     size_t n = s->point_count;
     float *apart = piece ? spread_pieces(s, piece) : NULL;
@@ -99,12 +105,14 @@ static int choose(sf_surface *s, float spacing, const uint32_t *piece)
     s->chosen_positions = malloc(3 * s->chosen_count * sizeof *s->chosen_positions);
     s->chosen_normals = malloc(3 * s->chosen_count * sizeof *s->chosen_normals);
     s->chosen_exponent = malloc(s->chosen_count * sizeof *s->chosen_exponent);
-    if (!s->chosen_positions || !s->chosen_normals || !s->chosen_exponent)
+    s->chosen_material = malloc(5 * s->chosen_count * sizeof *s->chosen_material);
+    if (!s->chosen_positions || !s->chosen_normals || !s->chosen_exponent || !s->chosen_material)
         return -1;
     for (size_t i = 0; i < s->chosen_count; i++) {
         memcpy(s->chosen_positions + 3 * i, s->positions + 3 * (size_t)s->chosen[i], 3 * sizeof(float));
         memcpy(s->chosen_normals + 3 * i, s->normals + 3 * (size_t)s->chosen[i], 3 * sizeof(float));
-        s->chosen_exponent[i] = s->exponent[s->chosen[i]];
+        s->chosen_exponent[i] = exponent_of(&scene->materials[s->material[s->chosen[i]]]);
+        sf_material(&scene->materials[s->material[s->chosen[i]]], s->chosen_material + 5 * i);
     }
     return 0;
 }
@@ -120,18 +128,17 @@ int sf_surface_build(sf_surface *s, const ex_scene *scene, const ex_mesh *mesh, 
     }
     s->positions = malloc((3 * points + 1) * sizeof *s->positions);
     s->normals = malloc((3 * points + 1) * sizeof *s->normals);
-    s->exponent = malloc((points + 1) * sizeof *s->exponent);
+    s->material = calloc(points + 1, sizeof *s->material);
     s->corners = malloc((3 * points + 1) * sizeof *s->corners);
     s->shares = malloc((3 * points + 1) * sizeof *s->shares);
     s->triangles = malloc((3 * triangles + 1) * sizeof *s->triangles);
-    if (!s->positions || !s->normals || !s->exponent || !s->triangles || !s->corners || !s->shares) {
+    if (!s->positions || !s->normals || !s->material || !s->triangles || !s->corners || !s->shares) {
         sf_surface_free(s);
         return -1;
     }
     memcpy(s->positions, mesh->positions, 3 * (size_t)mesh->vertex_count * sizeof *s->positions);
     memcpy(s->normals, mesh->normals, 3 * (size_t)mesh->vertex_count * sizeof *s->normals);
     for (size_t i = 0; i < mesh->vertex_count; i++) {
-        s->exponent[i] = 1;
         for (size_t k = 0; k < 3; k++) {
             s->corners[3 * i + k] = (uint32_t)i;
             s->shares[3 * i + k] = k == 0;
@@ -141,16 +148,15 @@ int sf_surface_build(sf_surface *s, const ex_scene *scene, const ex_mesh *mesh, 
     for (size_t t = 0; t < mesh->triangle_count; t++) {
         const uint32_t *index = mesh->indices + 3 * t;
         uint32_t c = cuts(mesh, t, spacing);
-        float exponent = exponent_of(&scene->materials[mesh->materials[t]]);
         if (c > 1) {
-            cut_triangle(s, mesh, t, c, exponent);
+            cut_triangle(s, mesh, t, c);
             continue;
         }
         for (int k = 0; k < 3; k++)
-            s->exponent[index[k]] = exponent;
+            s->material[index[k]] = mesh->materials[t];
         memcpy(s->triangles + 3 * s->triangle_count++, index, 3 * sizeof *index);
     }
-    if (choose(s, spacing, piece) == 0)
+    if (choose(s, scene, spacing, piece) == 0)
         return 0;
     sf_surface_free(s);
     return -1;
@@ -182,7 +188,7 @@ void sf_surface_free(sf_surface *s)
 {
     free(s->positions);
     free(s->normals);
-    free(s->exponent);
+    free(s->material);
     free(s->corners);
     free(s->shares);
     free(s->triangles);
@@ -192,6 +198,7 @@ void sf_surface_free(sf_surface *s)
     free(s->chosen_positions);
     free(s->chosen_normals);
     free(s->chosen_exponent);
+    free(s->chosen_material);
     sfield_free(s->self);
     memset(s, 0, sizeof *s);
 }

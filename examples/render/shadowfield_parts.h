@@ -10,7 +10,7 @@
 typedef struct sf_surface {
     float    *positions, *normals;      /* 3 a point */
     uint32_t *triangles;                /* 3 points each */
-    float    *exponent;                 /* Phong's, of each point */
+    uint32_t *material;                 /* number of each point's */
     uint32_t *corners;                  /* of each point: 3 vertices of the mesh between which it lies, and ... */
     float    *shares;                   /* ... their 3 weights */
     size_t    point_count, triangle_count;
@@ -18,9 +18,13 @@ typedef struct sf_surface {
     size_t    chosen_count;
     uint32_t *sources;
     float    *weights;
-    float    *chosen_positions, *chosen_normals, *chosen_exponent;
+    float    *chosen_positions, *chosen_normals;
+    float    *chosen_exponent, *chosen_material;        /* of Phong's lobe; as sfield_points.materials */
     sfield_field *self;                 /* of the chosen ones */
 } sf_surface;
+
+/* As in sfield_points.materials: its roughness, of no metal. Pixels lay their color and metal over the results. */
+void sf_material(const ex_material *material, float values[5]);
 
 /* Where a pixel takes its light from: three points of its object's surface; weight sum 1, or 0 where there is none. */
 typedef struct sf_tap { uint32_t point[3]; float weight[3]; } sf_tap;

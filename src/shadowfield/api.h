@@ -158,6 +158,11 @@ typedef struct sfield_points {      /* receivers that belong together, neighbour
                                        factor 1 - F under its integral then, so that the surface sends base (1
                                        - metallic) rgb + gloss to the eye. Takes no ambient */
     size_t              material_stride;    /* bytes, a multiple of 4, >= 20; 0 = one material for all */
+    float              *grazing;    /* results with gloss and materials, 3 floats a point: the part of gloss
+                                       that F0, which is 0.04 + (base - 0.04) metallic, does not color. By it
+                                       a texture can: for its F0', gloss is (gloss - grazing) F0' / F0 +
+                                       grazing, and rgb has the factor (1 - F0') / (1 - F0). NULL = not
+                                       wanted */
 } sfield_points;
 
 /* ---- memory, threads, progress, messages: the caller's ---- */

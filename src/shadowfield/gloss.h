@@ -351,6 +351,7 @@ static void sfield__write_materials(const sfield__tile *t)
     for (k = 0; k < SFIELD__KERNELS; k++) sfield__sum_lights(t, k, sum[k]);
     sfield__color_tile(t, sum[SFIELD__DIFFUSE], sum[SFIELD__FACING], sum[SFIELD__GRAZING]);
     if (t->set->rgb) sfield__store_rgb(t, sum[SFIELD__DIFFUSE], 1, t->set->rgb);
+    if (t->set->grazing) sfield__store_rgb(t, sum[SFIELD__GRAZING], 1, t->set->grazing);
     sfield__store_rgb(t, sum[SFIELD__FACING], 1, t->set->gloss);
 }
 

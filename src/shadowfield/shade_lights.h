@@ -151,6 +151,8 @@ static void sfield__write_outputs(sfield__tile *t)
         if (t->chains == 2) sfield__sum_lights(t, 1, rgb);
         else memset(rgb, 0, sizeof rgb);
         sfield__store_rgb(t, rgb, 1, set->gloss);
+        memset(rgb, 0, sizeof rgb);
+        if (set->grazing) sfield__store_rgb(t, rgb, 1, set->grazing);
     }
 #endif
     for (l = 0; l < t->lanes && set->ambient; l++)

@@ -9,27 +9,37 @@ typedef struct sfield__lobe {       /* how a point looks to its eye */
     int   narrow;                   /* not 0: the metal-rough lobe is not much wider than texels */
 } sfield__lobe;
 
+/* Returns a unit tangent of a surface that points to the eye, or anywhere if the eye is along the normal. */
+static sfield__v3 sfield__find_tangent(sfield__v3 n, sfield__v3 view)
+{
+    sfield__v3 t = sfield__v3_sub(view, sfield__v3_scale(n, sfield__v3_dot(n, view)));
+    if (sfield__v3_dot(t, t) < 1e-12f)
+        t = sfield__v3_cross(n, fabsf(n.x) < 0.6f ? sfield__v3_make(1, 0, 0) : sfield__v3_make(0, 1, 0));
+    return sfield__v3_normalize(t);
+}
+
 /* Prepares a point's BRDF. set->exponents or set->materials are there. */
 static void sfield__read_lobe(const sfield_points *set, size_t index, const float *n, const float *view,
                               sfield__lobe *b)
 {
+    const sfield__v3 up = sfield__v3_load(n), v = sfield__v3_load(view);
     float alpha;
-    uint32_t k;
     b->exponent = 0;
     b->narrow = 0;
-    b->nv = n[0] * view[0] + n[1] * view[1] + n[2] * view[2];
-    for (k = 0; k < 3; k++) {
-        b->n[k] = n[k];
-        b->v[k] = view[k];
-        b->mirror[k] = 2 * b->nv * n[k] - view[k];
-    }
+    b->nv = sfield__v3_dot(up, v);
+    sfield__v3_store(b->n, up);
+    sfield__v3_store(b->v, v);
+    sfield__v3_store(b->mirror, sfield__v3_sub(sfield__v3_scale(up, 2 * b->nv), v));
     if (!set->materials) {
         b->exponent = sfield__exponent_of(set, index);
         b->width = sqrtf(2 / b->exponent);
         return;
     }
     alpha = sfield__alpha_of(sfield__value_of(set->materials, set->material_stride, index)[4]);
-    b->nv = b->nv < 1e-3f ? 1e-3f : b->nv;
+    if (b->nv < 1e-3f) {            /* below the horizon an eye looks along the surface, as in the table */
+        b->nv = 1e-3f;
+        sfield__v3_store(b->v, sfield__v3_madd(sfield__find_tangent(up, v), up, 1e-3f));
+    }
     b->a2 = alpha * alpha;
     b->go = sqrtf(b->a2 + (1 - b->a2) * b->nv * b->nv);
     b->width = alpha;
@@ -126,13 +136,9 @@ static void sfield__scatter_lobe(const sfield_scene *s, const sfield__lobe *b, f
     const float c = b->nv < 1 ? b->nv : 1.0f, view[3] = { sqrtf(1 - c * c), 0, c };
     const float share = 1.0f / (float)(4 * SFIELD__DRAWS * SFIELD__DRAWS);
     float *facing = planes + s->cells, *grazing = facing + s->cells;
-    sfield__v3 n = sfield__v3_load(b->n), t = sfield__v3_load(b->v), u;
+    const sfield__v3 n = sfield__v3_load(b->n), t = sfield__find_tangent(n, sfield__v3_load(b->v));
+    const sfield__v3 u = sfield__v3_cross(n, t);
     uint32_t at, side;
-    t = sfield__v3_sub(t, sfield__v3_scale(n, sfield__v3_dot(n, t)));
-    if (sfield__v3_dot(t, t) < 1e-12f) t = sfield__v3_cross(n, sfield__v3_make(n.z, n.x, n.y));
-    if (sfield__v3_dot(t, t) < 1e-12f) t = sfield__v3_cross(n, sfield__v3_make(1, 0, 0));
-    t = sfield__v3_normalize(t);
-    u = sfield__v3_cross(n, t);
     memset(facing, 0, 2 * (size_t)s->cells * sizeof *facing);
     for (at = 0; at < 2 * SFIELD__DRAWS * SFIELD__DRAWS; at++) {
         double number, turn[2];
@@ -196,6 +202,7 @@ static void sfield__light_gloss(sfield__point *p, const sfield__tile *one, uint6
                 sfield__facing_of(sfield__value_of(set->materials, set->material_stride, index), (uint32_t)c);
             rgb[c] = sum[0][c] * (1 - f0) * 3.14159265f;        /* the caller divides by pi */
             gloss[c] = f0 * sum[1][c] + sum[2][c];
+            if (set->grazing) set->grazing[3 * index + (size_t)c] = sum[2][c];
         }
     }
 }

@@ -32,6 +32,7 @@ static void sfield__shade_set_haar(const sfield__job *job, const sfield_points *
     for (i = piece * SFIELD__LANES; i < set->count; i += job->pieces * SFIELD__LANES) {
         const size_t end = i + SFIELD__LANES < set->count ? i + SFIELD__LANES : set->count;
         if (set->gloss) memset(set->gloss + 3 * i, 0, 3 * (end - i) * sizeof *set->gloss);
+        if (set->gloss && set->grazing) memset(set->grazing + 3 * i, 0, 3 * (end - i) * sizeof *set->gloss);
         if (bundles) sfield__shade_bundle(&p, &b, i, (uint32_t)(end - i), hash);
         for (k = i; k < end && !bundles; k++) sfield__shade_point(&p, k, hash);
     }

@@ -57,6 +57,29 @@ static void lazy_frames_are_the_same(void **state)
     expect(1, "lazy=1 needs materials=diffuse", line);
 }
 
+/* A knot of rough metal: glTF's BRDF, in both bases, is nearer to the reference than Phong's lobe. */
+static void metal_is_as_in_the_reference(void **state)
+{
+    static const char scene[] = "--scene builtin:knot --env builtin:overcast --size 64x36 --set materials=full "
+                                "--set roughness=0.6 --set metallic=1";
+    static const char *const ways[3] = { "gloss=gltf", "gloss=phong", "basis=haar" };
+    double off[3];
+    char line[500];
+    (void)state;
+    need_reference();
+    snprintf(line, sizeof line, "--technique reference --set only=direct --samples 192 %s --out ref.pfm", scene);
+    expect(0, "", line);
+    for (int i = 0; i < 3; i++) {
+        snprintf(line, sizeof line, "--technique shadowfield %s --set position_side=%d --set shell_count=%d "
+                 "--set point_spacing=0.1 --set %s --out a.pfm", scene, i < 2 ? 4 : 2, i < 2 ? 6 : 4, ways[i]);
+        expect(0, "", line);
+        assert_int_equal(run("compare", "a.pfm ref.pfm"), 0);
+        off[i] = number("relative_rmse");
+        printf("metal, %s: relative rmse %.4f\n", ways[i], off[i]);
+    }
+    assert_true(off[0] < 0.06 && off[1] > 1.3 * off[0] && off[2] < 0.12);
+}
+
 static void baked_fields_are_used(void **state)
 {
     static const char scene[] = "--technique shadowfield --scene builtin:knot --env builtin:overcast --size 32x18 "
@@ -261,6 +284,7 @@ int main(void)
     const struct CMUnitTest tests[] = { cmocka_unit_test(video_follows_time),
                                         cmocka_unit_test(deforming_meshes_are_refused),
                                         cmocka_unit_test(lazy_frames_are_the_same),
+                                        cmocka_unit_test(metal_is_as_in_the_reference),
                                         cmocka_unit_test(baked_fields_are_used),
                                         cmocka_unit_test(baked_sources_are_used),
                                         cmocka_unit_test(baked_files_go_together),

@@ -391,6 +391,33 @@ static void wavelets_have_both_brdfs(void **state)
     sfield_scene_free(s);
 }
 
+/* Normals that are interpolated turn from eyes that still see the surface: these look along it. Both bases send less
+   than they get, and the same. */
+static void eyes_below_the_horizon_look_along_it(void **state)
+{
+    static const double cosines[6] = { 0.1, 0.02, 0, -0.05, -0.5, -1 };
+    static const float rough[3] = { 0, 0.3f, 1 };
+    float sky[48], rgb[2][18], gloss[2][18];
+    sfield_scene *s[2];
+    (void)state;
+    s[0] = scene_of(0);
+    s[1] = wavelets_under(sky);
+    for (int r = 0; r < 3; r++) {
+        eye e[6];
+        for (int i = 0; i < 6; i++) e[i] = eye_at(cosines[i], 1, 1, rough[r]);
+        for (int b = 0; b < 2; b++) {
+            assert_int_equal(sfield_scene_environment(s[b], white, 1, 1, NULL), SFIELD_OK);
+            shade_eyes(s[b], e, 6, rgb[b], gloss[b]);
+        }
+        for (int i = 0; i < 18; i++) {
+            assert_true(gloss[0][i] > 0.1f && gloss[0][i] < 1.01f);
+            assert_true(fabsf(gloss[1][i] - gloss[0][i]) < 0.05f);
+        }
+    }
+    sfield_scene_free(s[0]);
+    sfield_scene_free(s[1]);
+}
+
 /* Two spheres again: the shadows of wavelets have edges, so that narrow lobes are right beside rays as they are. */
 static void wavelets_hide_as_for_a_path_tracer(void **state)
 {
@@ -597,6 +624,50 @@ static void self_visibility_brings_the_cosine(void **state)
     sfield_scene_free(s);
 }
 
+/* What F0 does not color lets any base colour be laid over the results of another. */
+static void textures_color_what_is_shaded(void **state)
+{
+    enum { COUNT = 20 };
+    float sky[48], rgb[2][3 * COUNT], gloss[2][3 * COUNT], grazing[3 * COUNT];
+    sfield_scene *scenes[2];
+    uint64_t seed = 77;
+    eye e[COUNT];
+    (void)state;
+    scenes[0] = scene_of(0);
+    random_sky(scenes[0], 3);
+    scenes[1] = wavelets_under(sky);
+    for (int b = 0; b < 2; b++) {
+        sfield_points set;
+        memset(&set, 0, sizeof set);
+        for (int i = 0; i < COUNT; i++) {
+            e[i] = random_eye(&seed);
+            e[i].material[3] = i % 2 ? 1.0f : 0.4f;
+        }
+        shade_eyes(scenes[b], e, COUNT, rgb[0], gloss[0]);
+        set.count = COUNT;
+        set.positions = e->p;
+        set.normals = e->n;
+        set.to_eye = e->v;
+        set.position_stride = set.normal_stride = set.to_eye_stride = set.material_stride = sizeof *e;
+        set.rgb = rgb[1];
+        set.gloss = gloss[1];
+        set.grazing = grazing;
+        grazing[5] = 3;
+        assert_int_equal(sfield_shade(scenes[b], &set, 1, NULL), SFIELD_OK);
+        assert_true(grazing[5] >= 0 && grazing[5] <= 0);        /* no materials, none of this */
+        set.materials = e->material;
+        for (int i = 0; i < COUNT; i++) e[i].material[3] = 0;   /* without metal F0 is 0.04 */
+        assert_int_equal(sfield_shade(scenes[b], &set, 1, NULL), SFIELD_OK);
+        for (int i = 0; i < 3 * COUNT; i++) {
+            const float metallic = i / 3 % 2 ? 1.0f : 0.4f, f0 = 0.04f + metallic * (e[i / 3].material[i % 3] - 0.04f);
+            const float laid = (gloss[1][i] - grazing[i]) * f0 / 0.04f + grazing[i];
+            assert_true(fabsf(laid - gloss[0][i]) < 1e-4f * (1 + fabsf(gloss[0][i])));
+            assert_true(fabsf(rgb[1][i] * (1 - f0) / 0.96f - rgb[0][i]) < 1e-4f);
+        }
+        sfield_scene_free(scenes[b]);
+    }
+}
+
 /* From the last task to the first: what is computed does not depend on it. */
 static void backwards(void *user, size_t count, sfield_task task, void *context)
 {
@@ -729,10 +800,12 @@ int main(void)
         cmocka_unit_test(known_lights_are_integrated),
         cmocka_unit_test(spheres_hide_as_for_a_path_tracer),
         cmocka_unit_test(wavelets_have_both_brdfs),
+        cmocka_unit_test(eyes_below_the_horizon_look_along_it),
         cmocka_unit_test(wavelets_hide_as_for_a_path_tracer),
         cmocka_unit_test(wavelets_with_gloss_agree),
         cmocka_unit_test(the_brdf_is_reciprocal),
         cmocka_unit_test(self_visibility_brings_the_cosine),
+        cmocka_unit_test(textures_color_what_is_shaded),
         cmocka_unit_test(materials_do_not_depend_on_threads),
         cmocka_unit_test(bad_materials_are_refused),
         cmocka_unit_test(every_allocation_may_fail),
