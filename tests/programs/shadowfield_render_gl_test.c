@@ -21,7 +21,7 @@ static void a_sky_on_instances_lights_alike(void **state)
 static void spots_and_sun_light_glossy_robots_alike(void **state)
 {
     (void)state;
-    agree("--scene builtin:robots --set materials=full --set bands=3 --light sun:1,1,1,2" SMALL);
+    agree("--scene builtin:robots --set materials=full --set gloss=phong --set bands=3 --light sun:1,1,1,2" SMALL);
 }
 
 /* A close look at a bullet, which glows with 420: the other lamps light it, its own light does not. It was black. */
