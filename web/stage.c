@@ -247,7 +247,8 @@ static void turn_about_y(float angle, const float v[3], float out[3])
     out[2] = c * z - s * x;
 }
 
-/* A camera at eye that looks at target; the picture is moved by jitter, in clip space. */
+/* A camera at eye that looks at target; the picture is moved by jitter, in clip space. One that is high and narrow, as a
+   phone's, sees as far to the sides as one of 3 : 2. */
 static void look(const pg_stage *s, const float eye[3], const float target[3], float radius, const float jitter[2],
                  pg_camera *out)
 {
@@ -263,6 +264,7 @@ static void look(const pg_stage *s, const float eye[3], const float target[3], f
     u[0] = r[1] * f[2] - r[2] * f[1];
     u[1] = r[2] * f[0] - r[0] * f[2];
     u[2] = r[0] * f[1] - r[1] * f[0];
+    if (3 * s->height > 2 * s->width) top *= 1.5f * (float)s->height / (float)s->width;
     side = top * (float)s->width / (float)s->height;
     near = 0.05f * radius;
     far = distance + 60 * radius;
