@@ -515,6 +515,7 @@ const tests = {
         const deep = '['.repeat(20000) + ']'.repeat(20000);
         const files = { 'noise.glb': Buffer.from('glTFnoise'.repeat(50)), 'deep.glb': glb(`{"asset":{"version":"2.0"},"extras":${deep}}`, Buffer.alloc(4)),
             'cut.hdr': sunnySky().subarray(0, 500), 'cut.csm': Buffer.from('CSM'.repeat(100)), 'some.txt': Buffer.from('text') };
+        await page.evaluate('FULL = 1');
         for (const [name, bytes] of Object.entries(files)) {
             await drop(name, bytes);
             must(await message() !== '', `${name} gave no message`);
@@ -524,6 +525,7 @@ const tests = {
         }
     },
     async a_lost_context_comes_back() {
+        await page.evaluate('FULL = 8');
         await drop('pole.glb', pole);
         await built();
         await changed();
@@ -544,6 +546,7 @@ const tests = {
     },
     async ten_models_take_the_memory_of_two() {
         const bytes = [];
+        await page.evaluate('FULL = 1');
         for (let i = 1; i <= 10; i++) {
             await drop(`model${i}.glb`, boxes([-0.3, 0, -0.3, 0.3, 0.5 + 0.05 * i, 0.3]));
             await built();
