@@ -70,7 +70,7 @@
 
    A frame by complete passes
 
-       glbk_rsm_map_draw(gl, &r, &map, draw, user);               // or glbk_rsm_map_upload
+       glbk_rsm_map_draw(gl, &r, &map, draw, user);               // or glbk_rsm_map_import, _upload
        glbk_gbuffer_begin(gl, &seen, world_to_clip, eye); ...     // what the camera sees: gl_gbuffer.h
        glbk_rsm_direct(gl, &r, &seen, maps, n, &direct);          // direct light, shadowed by the same maps
        glbk_rsm_gather(gl, &r, &seen, maps, n, &gather);          // bounced light; or glbk_rsm_interpolate
@@ -279,6 +279,59 @@ GLBK_DEF glbk_result glbk_rsm_map_upload(glbk_context *ctx, glbk_rsm_map *map, c
    texels   rsm_map_texels of a map of the same light and side: face_count x side x side
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or the map was not created. GLBK_ERR_ALLOC */
 
+typedef enum glbk_rsm_color {
+    GLBK_RSM_COLOR_DEFAULT,                 /* = GLBK_RSM_COLOR_ALBEDO */
+    GLBK_RSM_COLOR_ALBEDO,                  /* linear reflectance: the map's light multiplies it */
+    GLBK_RSM_COLOR_FLUX,                    /* W that leave the surface through the texel, as in rsm_texel */
+    GLBK_RSM_COLOR_COUNT
+} glbk_rsm_color;
+
+typedef struct glbk_rsm_layer {             /* a texture of yours, or a part of it */
+    const glbk_texture *texture;            /* NULL = not given. For one that this library has not made, zero
+                                               a glbk_texture and set name, width and height; of an array set
+                                               layers, of a cube gl_target = GLBK_GL_TEXTURE_CUBE_MAP */
+    uint32_t            layer;              /* of an array; else 0 */
+} glbk_rsm_layer;
+
+/* A face as your renderer drew it. Textures are either all 2D, or all arrays, or all cubes; not multisampled
+   and complete (without mipmaps their filter is GL_NEAREST or GL_LINEAR), and one of depths has no comparison
+   mode. 2D textures and layers were drawn as the light sees the face: by the matrix of rsm_map_matrix, or by
+   one of yours that looks the same way through the same window. Cubes are asked by directions in world space
+   from light.position, as GL draws and shaders read them, so one cube serves all faces of a map. */
+typedef struct glbk_rsm_import {
+    glbk_rsm_layer      depth;              /* what a depth buffer holds, drawn between near_depth and
+                                               far_depth of the map's light; of cubes,
+                                               along the axis of the cube's face. depth
+                                               or positions is required; with both, depth
+                                               only says what is seen */
+    glbk_clip_depth     clip_depth;         /* how depths are stored: REVERSED is 1 near .. 0 far, the other
+                                               two are 0 near .. 1 far */
+    glbk_rsm_layer      positions;          /* floats x, y, z; a 0 in the fourth channel: nothing is seen */
+    float               to_world[16];       /* the space of positions and normals to world, a rotation and
+                                               translation. All zero = identity */
+    glbk_rsm_layer      normals;            /* required, of lengths 0.5..1.5, else nothing is seen; towards
+                                               the side that sends light */
+    glbk_normal_packing normal_packing;
+    glbk_rsm_layer      colors;             /* linear; an sRGB texture is fine */
+    glbk_rsm_color      color_kind;         /* what colours are */
+    float               color[3];           /* multiplies colors, or counts alone, up to 1e12. All 0 = 1 */
+    glbk_rsm_layer      materials;          /* unsigned integers, red: numbers of Phong lobes, as material */
+    uint32_t            material;           /* as for glbk_rsm_object; materials replaces it */
+    uint32_t            left;               /* where the face begins in 2D textures and layers, in texels, so
+                                               that it may be a tile of an atlas */
+    uint32_t            bottom;
+} glbk_rsm_import;                          /* zero it, then set what you care about */
+
+GLBK_DEF glbk_result glbk_rsm_map_import(glbk_context *ctx, glbk_rsm_renderer *renderer, glbk_rsm_map *map,
+                                         uint32_t face, const glbk_rsm_import *import);
+/* Fills one face of a map from textures of your own in one pass, as rsm_fill does from arrays. A texel with a
+   value that is not finite, or a negative colour, is empty.
+   face     below face_count. A map is whole after a call for each
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, an object was not created, or there is no such face.
+            GLBK_ERR_DESC: a field is out of range, what is required is missing, textures are of several
+            kinds, or there is a cube and the light is a sun. GLBK_ERR_MISMATCH: a cube has not the map's
+            side, or a texture ends before the face does. Those of glbk_program_compile at first use */
+
 GLBK_DEF glbk_result glbk_rsm_map_read(glbk_context *ctx, const glbk_rsm_map *map, uint32_t face,
                                        rsm_texel *texels);
 /* Reads a face back to the CPU, and waits for the GPU meanwhile. So ism.h can choose VPLs from a map that was
@@ -394,7 +447,25 @@ GLBK_DEF void glbk_rsm_bind(glbk_context *ctx, const glbk_rsm_renderer *renderer
     X(sampler2D, glbk_rsm_motion, 1)            /* in programs that read no map */                      \
     X(sampler2D, glbk_rsm_albedo_map, 2)        /* in programs that read no map */
 
-#define GLBK_RSM_TEXTURES(X) GLBK_RSM_MAP_TEXTURES(X) GLBK_RSM_PICTURES(X)
+/* What an import reads, in programs that read nothing else: 2D textures, layers of arrays, or cubes. */
+#define GLBK_RSM_IMPORT_TEXTURES(X)                                                                     \
+    X(sampler2D, glbk_rsm_depth_in, 3)                                                                  \
+    X(sampler2D, glbk_rsm_place_in, 4)                                                                  \
+    X(sampler2D, glbk_rsm_normal_in, 5)                                                                 \
+    X(sampler2D, glbk_rsm_color_in, 6)                                                                  \
+    X(usampler2D, glbk_rsm_material_in, 7)                                                              \
+    X(sampler2DArray, glbk_rsm_depth_array, 3)                                                          \
+    X(sampler2DArray, glbk_rsm_place_array, 4)                                                          \
+    X(sampler2DArray, glbk_rsm_normal_array, 5)                                                         \
+    X(sampler2DArray, glbk_rsm_color_array, 6)                                                          \
+    X(usampler2DArray, glbk_rsm_material_array, 7)                                                      \
+    X(samplerCube, glbk_rsm_depth_cube, 3)                                                              \
+    X(samplerCube, glbk_rsm_place_cube, 4)                                                              \
+    X(samplerCube, glbk_rsm_normal_cube, 5)                                                             \
+    X(samplerCube, glbk_rsm_color_cube, 6)                                                              \
+    X(highp usamplerCube, glbk_rsm_material_cube, 7)    /* ES has no precision for its kind */
+
+#define GLBK_RSM_TEXTURES(X) GLBK_RSM_MAP_TEXTURES(X) GLBK_RSM_PICTURES(X) GLBK_RSM_IMPORT_TEXTURES(X)
 
 #define GLBK_RSM_LIGHT_AXES_MEMBERS(X)                                                                  \
     X(vec4, position, 1)            /* w is 1; w of the next four is 0 */                               \
@@ -497,10 +568,32 @@ GLBK_DEF void glbk_rsm_bind(glbk_context *ctx, const glbk_rsm_renderer *renderer
 
 #define GLBK_RSM_DRAWN_MEMBERS(X) GLBK_RSM_OBJECT_MEMBERS(X) GLBK_RSM_SURFACE_MEMBERS(X)
 
+/* One face that is imported. */
+#define GLBK_RSM_IMPORTED_MEMBERS(X)                                                                    \
+    X(mat4, to_world, 1)            /* the space of positions and normals to world */                   \
+    X(vec4, color, 1)               /* a factor of colours; w is not used */                            \
+    X(float, near_depth, 1)         /* of the map's light, like far_depth */                            \
+    X(float, far_depth, 1)                                                                              \
+    X(uint, face, 1)                                                                                    \
+    X(uint, given, 1)               /* bits of rsm_import.frag: what there is */                        \
+    X(uint, normal_packing, 1)      /* glbk_normal_packing */                                           \
+    X(uint, material, 1)            /* number of a Phong lobe, from 1; 0 = none */                      \
+    X(uint, left, 1)                /* texels of the textures from the left, and from the bottom, */    \
+    X(uint, bottom, 1)              /* at which the face begins */                                      \
+    X(uint, depth_layer, 1)         /* of arrays, like the others */                                    \
+    X(uint, place_layer, 1)                                                                             \
+    X(uint, normal_layer, 1)                                                                            \
+    X(uint, color_layer, 1)                                                                             \
+    X(uint, material_layer, 1)                                                                          \
+    X(uint, unused0, 1)                                                                                 \
+    X(uint, unused1, 1)                                                                                 \
+    X(uint, unused2, 1)
+
 #define GLBK_RSM_BLOCKS(X)                                                                              \
     X(glbk_rsm_light, 0, GLBK_RSM_LIGHT_MEMBERS)                                                        \
     X(glbk_rsm_frame, 1, GLBK_RSM_FRAME_MEMBERS)                                                        \
-    X(glbk_rsm_drawn, 2, GLBK_RSM_DRAWN_MEMBERS)
+    X(glbk_rsm_drawn, 2, GLBK_RSM_DRAWN_MEMBERS)                                                        \
+    X(glbk_rsm_imported, 2, GLBK_RSM_IMPORTED_MEMBERS)
 
 #define GLBK_RSM_STORAGE(X)                                                                             \
     X(coherent, uint, glbk_rsm_counts, 0)   /* four of each list: groups in x, y, z; pixels */          \
@@ -538,7 +631,7 @@ struct glbk_rsm_map {                   /* the map of a light; read only; zeroed
     int            rows_at;             /* which of rows holds them */
 };
 
-#define GLBK_RSM_PROGRAM_COUNT 24u
+#define GLBK_RSM_PROGRAM_COUNT 27u
 
 struct glbk_rsm_renderer {              /* the light of a picture; read only; zeroed = none */
     glbk_program    programs[GLBK_RSM_PROGRAM_COUNT];   /* compiled when they are first needed */
@@ -560,6 +653,7 @@ struct glbk_rsm_renderer {              /* the light of a picture; read only; ze
     uint32_t        material_count;     /* materials of the table */
     glbk_buffer     frame;              /* the uniform block of passes */
     glbk_buffer     object;             /* the uniform block of objects that are drawn */
+    glbk_buffer     imported;           /* the uniform block of imports */
     glbk_rsm_frame  values;             /* what frame holds, or will hold */
     glbk_rsm_drawn  drawn;              /* what object holds, or will hold */
     float           before[16];         /* world to clip space of the last frame */
@@ -835,7 +929,7 @@ static const struct { char s0[647]; char end; } glbk__glsl_lib_rsm_access_glsl =
     "#define RSM_MATERIAL(i) texelFetch(glbk_rsm_materials, ivec2(int(i), 0), 0)\n", 0
 };
 
-static const struct { char s0[1459]; char end; } glbk__glsl_lib_rsm_bindings_glsl = {
+static const struct { char s0[2095]; char end; } glbk__glsl_lib_rsm_bindings_glsl = {
     "\nuniform usampler2DArray glbk_rsm_texels;\n"
     "uniform usampler2DArray glbk_rsm_sums;\n"
     "uniform usampler2DArray glbk_rsm_rows;\n"
@@ -850,6 +944,21 @@ static const struct { char s0[1459]; char end; } glbk__glsl_lib_rsm_bindings_gls
     "uniform usampler2DArray glbk_rsm_before;\n"
     "uniform sampler2D glbk_rsm_motion;\n"
     "uniform sampler2D glbk_rsm_albedo_map;\n"
+    "uniform sampler2D glbk_rsm_depth_in;\n"
+    "uniform sampler2D glbk_rsm_place_in;\n"
+    "uniform sampler2D glbk_rsm_normal_in;\n"
+    "uniform sampler2D glbk_rsm_color_in;\n"
+    "uniform usampler2D glbk_rsm_material_in;\n"
+    "uniform sampler2DArray glbk_rsm_depth_array;\n"
+    "uniform sampler2DArray glbk_rsm_place_array;\n"
+    "uniform sampler2DArray glbk_rsm_normal_array;\n"
+    "uniform sampler2DArray glbk_rsm_color_array;\n"
+    "uniform usampler2DArray glbk_rsm_material_array;\n"
+    "uniform samplerCube glbk_rsm_depth_cube;\n"
+    "uniform samplerCube glbk_rsm_place_cube;\n"
+    "uniform samplerCube glbk_rsm_normal_cube;\n"
+    "uniform samplerCube glbk_rsm_color_cube;\n"
+    "uniform highp usamplerCube glbk_rsm_material_cube;\n"
     "#if __VERSION__ >= 430\n"
     "layout(std430,binding=0)coherent buffer glbk_rsm_counts_storage{uint glbk_rsm_counts[];};\n"
     "#endif\n"
@@ -1325,6 +1434,29 @@ static const struct { char s0[1795]; char end; } glbk__glsl_lib_rsm_grid_glsl = 
     "result=max(mix(mix(value[0],value[1],f.x),mix(value[2],value[3],f.x),f.y),vec3(.0));\n"
     "return true;\n"
     "}\n", 0
+};
+
+static const struct { char s0[350]; char end; } glbk__glsl_lib_rsm_imported_glsl = {
+    "\nlayout(std140)uniform glbk_rsm_imported_block{\n"
+    "mat4 to_world;\n"
+    "vec4 color;\n"
+    "float near_depth;\n"
+    "float far_depth;\n"
+    "uint face;\n"
+    "uint given;\n"
+    "uint normal_packing;\n"
+    "uint material;\n"
+    "uint left;\n"
+    "uint bottom;\n"
+    "uint depth_layer;\n"
+    "uint place_layer;\n"
+    "uint normal_layer;\n"
+    "uint color_layer;\n"
+    "uint material_layer;\n"
+    "uint unused0;\n"
+    "uint unused1;\n"
+    "uint unused2;\n"
+    "}glbk_rsm_imported;\n", 0
 };
 
 static const struct { char s0[233]; char end; } glbk__glsl_lib_rsm_light_glsl = {
@@ -1860,6 +1992,123 @@ static const struct { char s0[1428]; char end; } glbk__glsl_prog_rsm_gather_frag
     "}\n", 0
 };
 
+static const struct { char s0[3998]; char s1[455]; char end; } glbk__glsl_prog_rsm_import_frag = {
+    "\n\n\n\n#ifndef KIND\n"
+    "#define KIND 0\n"
+    "#endif\n"
+    "layout(location=0)out uvec4 rsm_out_place;\n"
+    "layout(location=1)out uvec4 rsm_out_normal;\n"
+    "layout(location=2)out uvec4 rsm_out_flux;\n"
+    "\n\nconst uint has_depth=1u,has_places=2u,has_colors=4u,has_materials=8u;\n"
+    "const uint reversed=16u,colors_are_flux=32u;\n"
+    "\n\nconst uint packed_unit=2u,packed_octahedral=3u,packed_octahedral_unit=4u;\n"
+    "\nivec2 rsm_at;\n"
+    "vec3 rsm_toward;\n"
+    "\n#if KIND == 0\n"
+    "#define RSM_IN_2D(name) texelFetch(name, rsm_at, 0)\n"
+    "#define RSM_DEPTH_IN RSM_IN_2D(glbk_rsm_depth_in)\n"
+    "#define RSM_PLACE_IN RSM_IN_2D(glbk_rsm_place_in)\n"
+    "#define RSM_NORMAL_IN RSM_IN_2D(glbk_rsm_normal_in)\n"
+    "#define RSM_COLOR_IN RSM_IN_2D(glbk_rsm_color_in)\n"
+    "#define RSM_MATERIAL_IN RSM_IN_2D(glbk_rsm_material_in)\n"
+    "#elif KIND == 1\n"
+    "#define RSM_IN_ARRAY(name, layer) texelFetch(name, ivec3(rsm_at, int(layer)), 0)\n"
+    "#define RSM_DEPTH_IN RSM_IN_ARRAY(glbk_rsm_depth_array, glbk_rsm_imported.depth_layer)\n"
+    "#define RSM_PLACE_IN RSM_IN_ARRAY(glbk_rsm_place_array, glbk_rsm_imported.place_layer)\n"
+    "#define RSM_NORMAL_IN RSM_IN_ARRAY(glbk_rsm_normal_array, glbk_rsm_imported.normal_layer)\n"
+    "#define RSM_COLOR_IN RSM_IN_ARRAY(glbk_rsm_color_array, glbk_rsm_imported.color_layer)\n"
+    "#define RSM_MATERIAL_IN RSM_IN_ARRAY(glbk_rsm_material_array, glbk_rsm_imported.material_layer)\n"
+    "#else\n"
+    "#define RSM_IN_CUBE(name) textureLod(name, rsm_toward, 0.0)\n"
+    "#define RSM_DEPTH_IN RSM_IN_CUBE(glbk_rsm_depth_cube)\n"
+    "#define RSM_PLACE_IN RSM_IN_CUBE(glbk_rsm_place_cube)\n"
+    "#define RSM_NORMAL_IN RSM_IN_CUBE(glbk_rsm_normal_cube)\n"
+    "#define RSM_COLOR_IN RSM_IN_CUBE(glbk_rsm_color_cube)\n"
+    "#define RSM_MATERIAL_IN RSM_IN_CUBE(glbk_rsm_material_cube)\n"
+    "#endif\n"
+    "\nbool has(uint what){return(glbk_rsm_imported.given&what)!=0u;}\n"
+    "\n\nfloat depth_of(rsm_light l,float stored)\n"
+    "{\n"
+    "float n=glbk_rsm_imported.near_depth,f=glbk_rsm_imported.far_depth,range=f-n;\n"
+    "if(has(reversed))return l.kind==RSM_SUN?f-stored*range:n*f/(n+stored*range);\n"
+    "return l.kind==RSM_SUN?n+stored*range:n*f/(f-stored*range);\n"
+    "}\n"
+    "\n\n\nvec3 centre_of_texel(vec3 d,float side)\n"
+    "{\n"
+    "vec3 a=abs(d);\n"
+    "float m=max(max(a.x,a.y),a.z);\n"
+    "vec3 c=(floor((d/m*.5+.5)*side)+.5)*2./side-1.;\n"
+    "vec3 along=a.x>=a.y&&a.x>=a.z?vec3(1.,.0,.0)\n"
+    ":a.y>=a.z?vec3(.0,1.,.0):vec3(.0,.0,1.);\n"
+    "return mix(c,sign(d),along);\n"
+    "}\n"
+    "\n\nvec3 unit_of_square(vec2 p)\n"
+    "{\n"
+    "float z=1.-abs(p.x)-abs(p.y),t=max(-z,.0);\n"
+    "return rsm_normalize(vec3(p.x+(p.x>=.0? -t:t),p.y+(p.y>=.0? -t:t),z));\n"
+    "}\n"
+    "\n\nvec3 normal_of(vec3 v)\n"
+    "{\n"
+    "uint packing=glbk_rsm_imported.normal_packing;\n"
+    "if(packing==packed_unit||packing==packed_octahedral_unit)v=v*2.-1.;\n"
+    "if(packing>=packed_octahedral)v=unit_of_square(v.xy);\n"
+    "float d=dot(v,v);\n"
+    "if(!(d>.25&&d<2.25))return vec3(.0);\n"
+    "return rsm_normalize(mat3(glbk_rsm_imported.to_world)*v);\n"
+    "}\n"
+    "\n\n\nbool within(vec3 v,float low,float high)\n"
+    "{\n"
+    "uvec3 size=floatBitsToUint(v)&0x7fffffffu;\n"
+    "return all(lessThan(size,uvec3(0x7f800000u)))&&all(greaterThanEqual(v,vec3(low)))&&\n"
+    "all(lessThanEqual(v,vec3(high)));\n"
+    "}\n"
+    "\n\nbool find_place(rsm_light l,out vec3 place)\n"
+    "{\n"
+    "place=vec3(.0);\n"
+    "float stored=has(has_depth)?RSM_DEPTH_IN.x:.5;\n"
+    "bool seen=has(reversed)?stored>.0:stored<1.;\n"
+    "if(!seen)return false;\n"
+    "if(has(has_places)){\n"
+    "vec4 p=RSM_PLACE_IN;\n"
+    "place=(glbk_rsm_imported.to_world*vec4(p.xyz,1.)).xyz;\n"
+    "return p.w!=.0;\n"
+    "}\n"
+    "float z=depth_of(l,stored);\n"
+    "vec3 r,u,a;\n"
+    "rsm_face_axes(l,int(glbk_rsm_imported.face),r,u,a);\n"
+    "place=l.position+(l.kind==RSM_SUN?rsm_toward+a*(z-1.):rsm_toward*z);\n"
+    "return true;\n"
+    "}\n"
+    "\nvoid main()\n"
+    "{\n"
+    "rsm_light l=rsm_bound();\n"
+    "int face=int(glbk_rsm_imported.face);\n"
+    "ivec2 t=ivec2(gl_FragCoord.xy);\n"
+    "vec2 q=vec2(rsm_texel_centre(l,t.x),rsm_texel_centre(l,t.y))*l.extent;\n"
+    "vec3 r,u,a,place;\n"
+    "rsm_face_axes(l,face,r,u,a);\n"
+    "rsm_at=t+ivec2(int(glbk_rsm_imported.left),int(glbk_rsm_imported.bottom));\n"
+    "rsm_toward=a+r*q.x+u*q.y;\n"
+    "#if KIND == 2\n"
+    "rsm_toward=centre_of_texel(rsm_toward,l.side);\n"
+    "#endif\n"
+    "rsm_out_place=uvec4(0u,0u,0u,floatBitsToUint(3.0e38));\n"
+    "rsm_out_normal=rsm_out_flux=uvec4(0u);\n"
+    "bool seen=find_place(l,place);\n"
+    "vec3 n=normal_of(RSM_NORMAL_IN.xyz);\n"
+    "if(!seen|| !(dot(n,n)>.5)|| !within(place,-1e9,1e9))return;\n"
+    "vec3 color=glbk_rsm_imported.color.xyz,flux;\n",
+    "if(has(has_colors))color*=RSM_COLOR_IN.xyz;\n"
+    "flux=has(colors_are_flux)?color:rsm_incident(l,face,t)*l.value*color;\n"
+    "if(!within(color,.0,3.0e38)|| !within(flux,.0,1e18))return;\n"
+    "uint material=glbk_rsm_imported.material;\n"
+    "if(has(has_materials))material=RSM_MATERIAL_IN.x;\n"
+    "rsm_out_place=floatBitsToUint(vec4(place,dot(place-l.position,a)));\n"
+    "rsm_out_normal=uvec4(floatBitsToUint(n),material);\n"
+    "rsm_out_flux=floatBitsToUint(vec4(flux,rsm_area(l,face,place,n)));\n"
+    "}\n", 0
+};
+
 static const struct { char s0[2109]; char end; } glbk__glsl_prog_rsm_interpolate_comp = {
     "\n\n\n\n\nlayout(local_size_x=RSM_GROUP)in;\n"
     "\n#if RSM_GROUP == 256\n"
@@ -2244,6 +2493,9 @@ static const glbk_file glbk__rsm_files[] = {
     { "lib/rsm_grid.glsl\0" "rsm_screen rsm_frame" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_rsm_grid_glsl },
+    { "lib/rsm_imported.glsl\0" "" "\0" "" "\0"
+      "" "\0" "glbk_rsm_imported",
+      (const char *)&glbk__glsl_lib_rsm_imported_glsl },
     { "lib/rsm_light.glsl\0" "" "\0" "" "\0"
       "" "\0" "glbk_rsm_light",
       (const char *)&glbk__glsl_lib_rsm_light_glsl },
@@ -2283,6 +2535,9 @@ static const glbk_file glbk__rsm_files[] = {
     { "prog/rsm_gather.frag\0" "rsm_bounce rsm_frame" "\0" "screen.vert" "\0"
       "RSM_SURFACES=0 | RSM_SURFACES=1" "\0" "",
       (const char *)&glbk__glsl_prog_rsm_gather_frag },
+    { "prog/rsm_import.frag\0" "rsm_bindings rsm_imported rsm_bound rsm_imported" "\0" "screen.vert" "\0"
+      "KIND=0 | KIND=1 | KIND=2" "\0" "",
+      (const char *)&glbk__glsl_prog_rsm_import_frag },
     { "prog/rsm_interpolate.comp\0" "rsm_lists rsm_grid rsm_frame" "\0" "" "\0"
       "RSM_GROUP=256 | RSM_GROUP=64" "\0" "",
       (const char *)&glbk__glsl_prog_rsm_interpolate_comp },
@@ -2725,6 +2980,9 @@ enum {                              /* programs of a renderer */
     GLBK__RSM_SCAN_ROWS_ON,
     GLBK__RSM_PICK,
     GLBK__RSM_PICK_ALL,
+    GLBK__RSM_IMPORT,               /* from 2D textures; the next two from arrays and from cubes */
+    GLBK__RSM_IMPORT_ARRAYS,
+    GLBK__RSM_IMPORT_CUBES,
     GLBK__RSM_DIRECT,               /* from here on all but DO_SCAN and DO_SCAN_ROWS read the G-buffer */
     GLBK__RSM_GATHER,
     GLBK__RSM_INTERPOLATE,
@@ -2753,6 +3011,9 @@ static const char *const glbk__rsm_programs[GLBK_RSM_PROGRAM_COUNT][2] = {
     { "rsm_scan.frag", "FROM=3" },
     { "rsm_pick.frag", "ALL=0" },
     { "rsm_pick.frag", "ALL=1" },
+    { "rsm_import.frag", "KIND=0" },
+    { "rsm_import.frag", "KIND=1" },
+    { "rsm_import.frag", "KIND=2" },
     { "rsm_direct.frag", NULL },
     { "rsm_gather.frag", NULL },
     { "rsm_interpolate.frag", NULL },
@@ -3128,6 +3389,8 @@ GLBK_DEF glbk_result glbk_rsm_renderer_create(glbk_context *ctx, const glbk_rsm_
     result = glbk__rsm_renderer_images(ctx, out, d);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof out->values, NULL, &out->frame);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof out->drawn, NULL, &out->object);
+    if (result == GLBK_OK)
+        result = glbk_buffer_create(ctx, sizeof(glbk_rsm_imported), NULL, &out->imported);
     if (result != GLBK_OK) glbk_rsm_renderer_free(ctx, out);
     return result;
 }
@@ -3155,6 +3418,7 @@ GLBK_DEF void glbk_rsm_renderer_free(glbk_context *ctx, glbk_rsm_renderer *r)
     glbk_texture_free(ctx, &r->materials);
     glbk_buffer_free(ctx, &r->frame);
     glbk_buffer_free(ctx, &r->object);
+    glbk_buffer_free(ctx, &r->imported);
     glbk_buffer_free(ctx, &r->counts);
     for (i = 0; i < 2; i++) glbk_buffer_free(ctx, &r->pending[i]);
     glbk_buffer_free(ctx, &r->wanted);
@@ -3387,6 +3651,204 @@ GLBK_DEF glbk_result glbk_rsm_map_draw(glbk_context *ctx, glbk_rsm_renderer *r, 
         result = glbk__rsm_fill(ctx, r, &map->face_targets[face], map, draw_fn, user);
     }
     return result;
+}
+
+/* ==== src/gl_rsm/importing.h ==== */
+
+/* ---- rsm: maps from textures of the user's own ---- */
+
+/* Bits of the block's `given`, as rsm_import.frag has them. */
+enum {
+    GLBK__RSM_HAS_DEPTH = 1, GLBK__RSM_HAS_PLACES = 2, GLBK__RSM_HAS_COLORS = 4, GLBK__RSM_HAS_MATERIALS = 8,
+    GLBK__RSM_IS_REVERSED = 16, GLBK__RSM_IS_FLUX = 32
+};
+
+enum { GLBK__RSM_LAYERS = 5 };      /* textures of an import */
+
+/* Lists the textures of an import, in the order of their slots. */
+static void glbk__rsm_import_layers(const glbk_rsm_import *d, const glbk_rsm_layer *layers[GLBK__RSM_LAYERS])
+{
+    layers[0] = &d->depth;
+    layers[1] = &d->positions;
+    layers[2] = &d->normals;
+    layers[3] = &d->colors;
+    layers[4] = &d->materials;
+}
+
+/* Returns of which kind a texture is: 0 2D, 1 an array, 2 a cube, as KIND of rsm_import.frag. */
+static int glbk__rsm_import_kind(const glbk_texture *t)
+{
+    if (t->gl_target == GLBK_GL_TEXTURE_CUBE_MAP) return 2;
+    return t->layers ? 1 : 0;
+}
+
+/* Checks that a texture of an import has the face that is imported. */
+static glbk_result glbk__rsm_import_size_check(const glbk_context *ctx, const glbk_rsm_map *map,
+                                               const glbk_rsm_import *d, const char *name,
+                                               const glbk_texture *t)
+{
+    static const char function[] = "glbk_rsm_map_import";
+    const glbk_result bad = GLBK_ERR_MISMATCH;
+    if (glbk__rsm_import_kind(t) == 2) {
+        if (t->width == map->side && t->height == map->side) return GLBK_OK;
+        return glbk__refuse(ctx, bad, function, name, "is a cube that has not the side of the map");
+    }
+    if (t->width < map->side || t->width - map->side < d->left)
+        return glbk__refuse(ctx, bad, function, name, "is not as wide as import.left and the map's side");
+    if (t->height < map->side || t->height - map->side < d->bottom)
+        return glbk__refuse(ctx, bad, function, name, "is not as high as import.bottom and the map's side");
+    return GLBK_OK;
+}
+
+/* Checks the textures of an import, and finds their kind. */
+static glbk_result glbk__rsm_import_textures_check(const glbk_context *ctx, const glbk_rsm_map *map,
+                                                   const glbk_rsm_import *d, int *kind)
+{
+    static const char function[] = "glbk_rsm_map_import";
+    static const char *const names[GLBK__RSM_LAYERS] = { "import.depth", "import.positions", "import.normals",
+                                                         "import.colors", "import.materials" };
+    const glbk_rsm_layer *layers[GLBK__RSM_LAYERS];
+    const glbk_result bad = GLBK_ERR_DESC;
+    int i;
+    glbk__rsm_import_layers(d, layers);
+    *kind = d->normals.texture ? glbk__rsm_import_kind(d->normals.texture) : 0;
+    for (i = 0; i < GLBK__RSM_LAYERS; i++) {
+        const glbk_texture *t = layers[i]->texture;
+        glbk_result result;
+        if (!t) continue;
+        if (!t->name) return glbk__refuse(ctx, bad, function, names[i], "has no name of GL");
+        if (glbk__rsm_import_kind(t) != *kind)
+            return glbk__refuse(ctx, bad, function, names[i],
+                                "and import.normals are not of one kind: 2D, arrays or cubes");
+        if (*kind == 2 && map->light.kind == RSM_LIGHT_SUN)
+            return glbk__refuse(ctx, bad, function, names[i], "is a cube, and the light is a sun");
+        if (layers[i]->layer >= (*kind == 1 ? t->layers : 1u))
+            return glbk__refuse_element_value(ctx, bad, function, names[i], GLBK__NO_INDEX, ".layer",
+                                              layers[i]->layer, "below the layers of the texture");
+        result = glbk__rsm_import_size_check(ctx, map, d, names[i], t);
+        if (result != GLBK_OK) return result;
+    }
+    return GLBK_OK;
+}
+
+/* Checks that an import can be done, and finds the kind of its textures. */
+static glbk_result glbk__rsm_import_check(const glbk_context *ctx, const glbk_rsm_map *map,
+                                          const glbk_rsm_import *d, int *kind)
+{
+    static const char function[] = "glbk_rsm_map_import";
+    const glbk__rsm_range fields[] = {
+        { "import.clip_depth", (double)d->clip_depth, 0, GLBK_CLIP_DEPTH_COUNT - 1 },
+        { "import.normal_packing", (double)d->normal_packing, 0, GLBK_NORMAL_PACKING_COUNT - 1 },
+        { "import.color_kind", (double)d->color_kind, 0, GLBK_RSM_COLOR_COUNT - 1 },
+        { "import.color[0]", (double)d->color[0], 0, 1e12 },
+        { "import.color[1]", (double)d->color[1], 0, 1e12 },
+        { "import.color[2]", (double)d->color[2], 0, 1e12 }
+    };
+    glbk_result result;
+    if (!d->normals.texture) return glbk__refuse(ctx, GLBK_ERR_DESC, function, "import.normals", "is NULL");
+    if (!d->depth.texture && !d->positions.texture)
+        return glbk__refuse(ctx, GLBK_ERR_DESC, function, "import.depth",
+                            "and import.positions are NULL; one is needed");
+    result = glbk__rsm_in_range(ctx, function, fields, sizeof fields / sizeof fields[0]);
+    return result == GLBK_OK ? glbk__rsm_import_textures_check(ctx, map, d, kind) : result;
+}
+
+/* Returns what there is, as bits. */
+static uint32_t glbk__rsm_import_given(const glbk_rsm_import *d)
+{
+    uint32_t bits = 0;
+    if (d->depth.texture) bits |= GLBK__RSM_HAS_DEPTH;
+    if (d->positions.texture) bits |= GLBK__RSM_HAS_PLACES;
+    if (d->colors.texture) bits |= GLBK__RSM_HAS_COLORS;
+    if (d->materials.texture) bits |= GLBK__RSM_HAS_MATERIALS;
+    if (d->clip_depth == GLBK_CLIP_DEPTH_REVERSED) bits |= GLBK__RSM_IS_REVERSED;
+    if (d->color_kind == GLBK_RSM_COLOR_FLUX) bits |= GLBK__RSM_IS_FLUX;
+    return bits;
+}
+
+/* Fills the block of an import. */
+static void glbk__rsm_fill_import(const glbk_rsm_map *map, uint32_t face, const glbk_rsm_import *d,
+                                  glbk_rsm_imported *out)
+{
+    int i, any = 0;
+    memset(out, 0, sizeof *out);
+    for (i = 0; i < 16; i++) any = any || fabsf(d->to_world[i]) > 0.0f;
+    memcpy(out->to_world, d->to_world, sizeof d->to_world);
+    for (i = 0; i < 16 && !any; i += 5) out->to_world[i] = 1.0f;
+    for (i = 0, any = 0; i < 3; i++) any = any || d->color[i] > 0.0f;
+    for (i = 0; i < 3; i++) out->color[i] = any ? d->color[i] : 1.0f;
+    out->near_depth = map->light.near_depth;
+    out->far_depth = map->light.far_depth;
+    out->face = face;
+    out->given = glbk__rsm_import_given(d);
+    out->normal_packing = (uint32_t)d->normal_packing;
+    out->material = d->material;
+    out->left = d->left;
+    out->bottom = d->bottom;
+    out->depth_layer = d->depth.layer;
+    out->place_layer = d->positions.layer;
+    out->normal_layer = d->normals.layer;
+    out->color_layer = d->colors.layer;
+    out->material_layer = d->materials.layer;
+}
+
+/* Binds the textures of an import, whose glbk_texture need not have gl_target; bound == 0: takes cubes away
+   again, since glbk_state_restore knows nothing of such bindings. */
+static void glbk__rsm_bind_import(glbk_context *ctx, const glbk_rsm_import *d, int kind, int bound)
+{
+    static const uint32_t targets[3] = { GLBK_GL_TEXTURE_2D, GLBK_GL_TEXTURE_2D_ARRAY,
+                                         GLBK_GL_TEXTURE_CUBE_MAP };
+    static const uint32_t slots[GLBK__RSM_LAYERS] = { GLBK_SLOT_glbk_rsm_depth_in,
+                                                      GLBK_SLOT_glbk_rsm_place_in,
+                                                      GLBK_SLOT_glbk_rsm_normal_in,
+                                                      GLBK_SLOT_glbk_rsm_color_in,
+                                                      GLBK_SLOT_glbk_rsm_material_in };
+    const glbk_rsm_layer *layers[GLBK__RSM_LAYERS];
+    int i;
+    glbk__rsm_import_layers(d, layers);
+    for (i = 0; i < GLBK__RSM_LAYERS; i++) {
+        glbk_texture t;
+        memset(&t, 0, sizeof t);
+        if (bound && layers[i]->texture) t = *layers[i]->texture;
+        t.gl_target = targets[kind];
+        glbk_bind_texture(ctx, slots[i], &t);
+        if (!bound) ctx->gl.BindTexture(GLBK_GL_TEXTURE_CUBE_MAP, 0);
+    }
+}
+
+GLBK_DEF glbk_result glbk_rsm_map_import(glbk_context *ctx, glbk_rsm_renderer *r, glbk_rsm_map *map,
+                                         uint32_t face, const glbk_rsm_import *import)
+{
+    glbk_rsm_imported block;
+    glbk_pass pass;
+    glbk_result result;
+    int kind = 0, which;
+
+    if (!ctx) return GLBK_ERR_ARGUMENT;
+    result = glbk__rsm_renderer_check(ctx, __func__, r);
+    if (result == GLBK_OK) result = glbk__rsm_map_check(ctx, __func__, map);
+    if (result != GLBK_OK) return result;
+    if (face >= map->face_count)
+        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "face", face, 0, map->face_count - 1.0);
+    if (!import) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "import", "is NULL");
+    result = glbk__rsm_import_check(ctx, map, import, &kind);
+    if (result != GLBK_OK) return result;
+    which = GLBK__RSM_IMPORT + kind;
+    glbk__rsm_fill_import(map, face, import, &block);
+    result = glbk__rsm_program(ctx, r, which);
+    if (result == GLBK_OK)
+        result = glbk__put_block(ctx, GLBK_SLOT_glbk_rsm_imported, &r->imported, &block);
+    if (result != GLBK_OK) return result;
+    memset(&pass, 0, sizeof pass);
+    pass.target = &map->face_targets[face];
+    result = glbk_begin(ctx, &pass, &r->programs[which]);
+    if (result != GLBK_OK) return result;
+    map->summed = 0;
+    glbk_bind_block(ctx, GLBK_SLOT_glbk_rsm_light, &map->buffer);
+    glbk__rsm_bind_import(ctx, import, kind, 1);
+    glbk_draw_screen(ctx);
+    if (kind == 2) glbk__rsm_bind_import(ctx, import, kind, 0);
+    return ctx->lost ? GLBK_ERR_LOST : glbk__leave_frame(ctx);
 }
 
 /* ==== src/gl_rsm/light.h ==== */

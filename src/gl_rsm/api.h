@@ -12,6 +12,59 @@ GLBK_DEF glbk_result glbk_rsm_map_upload(glbk_context *ctx, glbk_rsm_map *map, c
    texels   rsm_map_texels of a map of the same light and side: face_count x side x side
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or the map was not created. GLBK_ERR_ALLOC */
 
+typedef enum glbk_rsm_color {
+    GLBK_RSM_COLOR_DEFAULT,                 /* = GLBK_RSM_COLOR_ALBEDO */
+    GLBK_RSM_COLOR_ALBEDO,                  /* linear reflectance: the map's light multiplies it */
+    GLBK_RSM_COLOR_FLUX,                    /* W that leave the surface through the texel, as in rsm_texel */
+    GLBK_RSM_COLOR_COUNT
+} glbk_rsm_color;
+
+typedef struct glbk_rsm_layer {             /* a texture of yours, or a part of it */
+    const glbk_texture *texture;            /* NULL = not given. For one that this library has not made, zero
+                                               a glbk_texture and set name, width and height; of an array set
+                                               layers, of a cube gl_target = GLBK_GL_TEXTURE_CUBE_MAP */
+    uint32_t            layer;              /* of an array; else 0 */
+} glbk_rsm_layer;
+
+/* A face as your renderer drew it. Textures are either all 2D, or all arrays, or all cubes; not multisampled
+   and complete (without mipmaps their filter is GL_NEAREST or GL_LINEAR), and one of depths has no comparison
+   mode. 2D textures and layers were drawn as the light sees the face: by the matrix of rsm_map_matrix, or by
+   one of yours that looks the same way through the same window. Cubes are asked by directions in world space
+   from light.position, as GL draws and shaders read them, so one cube serves all faces of a map. */
+typedef struct glbk_rsm_import {
+    glbk_rsm_layer      depth;              /* what a depth buffer holds, drawn between near_depth and
+                                               far_depth of the map's light; of cubes,
+                                               along the axis of the cube's face. depth
+                                               or positions is required; with both, depth
+                                               only says what is seen */
+    glbk_clip_depth     clip_depth;         /* how depths are stored: REVERSED is 1 near .. 0 far, the other
+                                               two are 0 near .. 1 far */
+    glbk_rsm_layer      positions;          /* floats x, y, z; a 0 in the fourth channel: nothing is seen */
+    float               to_world[16];       /* the space of positions and normals to world, a rotation and
+                                               translation. All zero = identity */
+    glbk_rsm_layer      normals;            /* required, of lengths 0.5..1.5, else nothing is seen; towards
+                                               the side that sends light */
+    glbk_normal_packing normal_packing;
+    glbk_rsm_layer      colors;             /* linear; an sRGB texture is fine */
+    glbk_rsm_color      color_kind;         /* what colours are */
+    float               color[3];           /* multiplies colors, or counts alone, up to 1e12. All 0 = 1 */
+    glbk_rsm_layer      materials;          /* unsigned integers, red: numbers of Phong lobes, as material */
+    uint32_t            material;           /* as for glbk_rsm_object; materials replaces it */
+    uint32_t            left;               /* where the face begins in 2D textures and layers, in texels, so
+                                               that it may be a tile of an atlas */
+    uint32_t            bottom;
+} glbk_rsm_import;                          /* zero it, then set what you care about */
+
+GLBK_DEF glbk_result glbk_rsm_map_import(glbk_context *ctx, glbk_rsm_renderer *renderer, glbk_rsm_map *map,
+                                         uint32_t face, const glbk_rsm_import *import);
+/* Fills one face of a map from textures of your own in one pass, as rsm_fill does from arrays. A texel with a
+   value that is not finite, or a negative colour, is empty.
+   face     below face_count. A map is whole after a call for each
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, an object was not created, or there is no such face.
+            GLBK_ERR_DESC: a field is out of range, what is required is missing, textures are of several
+            kinds, or there is a cube and the light is a sun. GLBK_ERR_MISMATCH: a cube has not the map's
+            side, or a texture ends before the face does. Those of glbk_program_compile at first use */
+
 GLBK_DEF glbk_result glbk_rsm_map_read(glbk_context *ctx, const glbk_rsm_map *map, uint32_t face,
                                        rsm_texel *texels);
 /* Reads a face back to the CPU, and waits for the GPU meanwhile. So ism.h can choose VPLs from a map that was

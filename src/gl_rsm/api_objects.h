@@ -18,7 +18,7 @@ struct glbk_rsm_map {                   /* the map of a light; read only; zeroed
     int            rows_at;             /* which of rows holds them */
 };
 
-#define GLBK_RSM_PROGRAM_COUNT 24u
+#define GLBK_RSM_PROGRAM_COUNT 27u
 
 struct glbk_rsm_renderer {              /* the light of a picture; read only; zeroed = none */
     glbk_program    programs[GLBK_RSM_PROGRAM_COUNT];   /* compiled when they are first needed */
@@ -40,6 +40,7 @@ struct glbk_rsm_renderer {              /* the light of a picture; read only; ze
     uint32_t        material_count;     /* materials of the table */
     glbk_buffer     frame;              /* the uniform block of passes */
     glbk_buffer     object;             /* the uniform block of objects that are drawn */
+    glbk_buffer     imported;           /* the uniform block of imports */
     glbk_rsm_frame  values;             /* what frame holds, or will hold */
     glbk_rsm_drawn  drawn;              /* what object holds, or will hold */
     float           before[16];         /* world to clip space of the last frame */

@@ -18,7 +18,25 @@
     X(sampler2D, glbk_rsm_motion, 1)            /* in programs that read no map */                      \
     X(sampler2D, glbk_rsm_albedo_map, 2)        /* in programs that read no map */
 
-#define GLBK_RSM_TEXTURES(X) GLBK_RSM_MAP_TEXTURES(X) GLBK_RSM_PICTURES(X)
+/* What an import reads, in programs that read nothing else: 2D textures, layers of arrays, or cubes. */
+#define GLBK_RSM_IMPORT_TEXTURES(X)                                                                     \
+    X(sampler2D, glbk_rsm_depth_in, 3)                                                                  \
+    X(sampler2D, glbk_rsm_place_in, 4)                                                                  \
+    X(sampler2D, glbk_rsm_normal_in, 5)                                                                 \
+    X(sampler2D, glbk_rsm_color_in, 6)                                                                  \
+    X(usampler2D, glbk_rsm_material_in, 7)                                                              \
+    X(sampler2DArray, glbk_rsm_depth_array, 3)                                                          \
+    X(sampler2DArray, glbk_rsm_place_array, 4)                                                          \
+    X(sampler2DArray, glbk_rsm_normal_array, 5)                                                         \
+    X(sampler2DArray, glbk_rsm_color_array, 6)                                                          \
+    X(usampler2DArray, glbk_rsm_material_array, 7)                                                      \
+    X(samplerCube, glbk_rsm_depth_cube, 3)                                                              \
+    X(samplerCube, glbk_rsm_place_cube, 4)                                                              \
+    X(samplerCube, glbk_rsm_normal_cube, 5)                                                             \
+    X(samplerCube, glbk_rsm_color_cube, 6)                                                              \
+    X(highp usamplerCube, glbk_rsm_material_cube, 7)    /* ES has no precision for its kind */
+
+#define GLBK_RSM_TEXTURES(X) GLBK_RSM_MAP_TEXTURES(X) GLBK_RSM_PICTURES(X) GLBK_RSM_IMPORT_TEXTURES(X)
 
 #define GLBK_RSM_LIGHT_AXES_MEMBERS(X)                                                                  \
     X(vec4, position, 1)            /* w is 1; w of the next four is 0 */                               \
@@ -121,10 +139,32 @@
 
 #define GLBK_RSM_DRAWN_MEMBERS(X) GLBK_RSM_OBJECT_MEMBERS(X) GLBK_RSM_SURFACE_MEMBERS(X)
 
+/* One face that is imported. */
+#define GLBK_RSM_IMPORTED_MEMBERS(X)                                                                    \
+    X(mat4, to_world, 1)            /* the space of positions and normals to world */                   \
+    X(vec4, color, 1)               /* a factor of colours; w is not used */                            \
+    X(float, near_depth, 1)         /* of the map's light, like far_depth */                            \
+    X(float, far_depth, 1)                                                                              \
+    X(uint, face, 1)                                                                                    \
+    X(uint, given, 1)               /* bits of rsm_import.frag: what there is */                        \
+    X(uint, normal_packing, 1)      /* glbk_normal_packing */                                           \
+    X(uint, material, 1)            /* number of a Phong lobe, from 1; 0 = none */                      \
+    X(uint, left, 1)                /* texels of the textures from the left, and from the bottom, */    \
+    X(uint, bottom, 1)              /* at which the face begins */                                      \
+    X(uint, depth_layer, 1)         /* of arrays, like the others */                                    \
+    X(uint, place_layer, 1)                                                                             \
+    X(uint, normal_layer, 1)                                                                            \
+    X(uint, color_layer, 1)                                                                             \
+    X(uint, material_layer, 1)                                                                          \
+    X(uint, unused0, 1)                                                                                 \
+    X(uint, unused1, 1)                                                                                 \
+    X(uint, unused2, 1)
+
 #define GLBK_RSM_BLOCKS(X)                                                                              \
     X(glbk_rsm_light, 0, GLBK_RSM_LIGHT_MEMBERS)                                                        \
     X(glbk_rsm_frame, 1, GLBK_RSM_FRAME_MEMBERS)                                                        \
-    X(glbk_rsm_drawn, 2, GLBK_RSM_DRAWN_MEMBERS)
+    X(glbk_rsm_drawn, 2, GLBK_RSM_DRAWN_MEMBERS)                                                        \
+    X(glbk_rsm_imported, 2, GLBK_RSM_IMPORTED_MEMBERS)
 
 #define GLBK_RSM_STORAGE(X)                                                                             \
     X(coherent, uint, glbk_rsm_counts, 0)   /* four of each list: groups in x, y, z; pixels */          \

@@ -70,7 +70,7 @@
 
    A frame by complete passes
 
-       glbk_rsm_map_draw(gl, &r, &map, draw, user);               // or glbk_rsm_map_upload
+       glbk_rsm_map_draw(gl, &r, &map, draw, user);               // or glbk_rsm_map_import, _upload
        glbk_gbuffer_begin(gl, &seen, world_to_clip, eye); ...     // what the camera sees: gl_gbuffer.h
        glbk_rsm_direct(gl, &r, &seen, maps, n, &direct);          // direct light, shadowed by the same maps
        glbk_rsm_gather(gl, &r, &seen, maps, n, &gather);          // bounced light; or glbk_rsm_interpolate

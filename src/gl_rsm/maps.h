@@ -8,6 +8,9 @@ enum {                              /* programs of a renderer */
     GLBK__RSM_SCAN_ROWS_ON,
     GLBK__RSM_PICK,
     GLBK__RSM_PICK_ALL,
+    GLBK__RSM_IMPORT,               /* from 2D textures; the next two from arrays and from cubes */
+    GLBK__RSM_IMPORT_ARRAYS,
+    GLBK__RSM_IMPORT_CUBES,
     GLBK__RSM_DIRECT,               /* from here on all but DO_SCAN and DO_SCAN_ROWS read the G-buffer */
     GLBK__RSM_GATHER,
     GLBK__RSM_INTERPOLATE,
@@ -36,6 +39,9 @@ static const char *const glbk__rsm_programs[GLBK_RSM_PROGRAM_COUNT][2] = {
     { "rsm_scan.frag", "FROM=3" },
     { "rsm_pick.frag", "ALL=0" },
     { "rsm_pick.frag", "ALL=1" },
+    { "rsm_import.frag", "KIND=0" },
+    { "rsm_import.frag", "KIND=1" },
+    { "rsm_import.frag", "KIND=2" },
     { "rsm_direct.frag", NULL },
     { "rsm_gather.frag", NULL },
     { "rsm_interpolate.frag", NULL },

@@ -86,6 +86,8 @@ GLBK_DEF glbk_result glbk_rsm_renderer_create(glbk_context *ctx, const glbk_rsm_
     result = glbk__rsm_renderer_images(ctx, out, d);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof out->values, NULL, &out->frame);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof out->drawn, NULL, &out->object);
+    if (result == GLBK_OK)
+        result = glbk_buffer_create(ctx, sizeof(glbk_rsm_imported), NULL, &out->imported);
     if (result != GLBK_OK) glbk_rsm_renderer_free(ctx, out);
     return result;
 }
@@ -113,6 +115,7 @@ GLBK_DEF void glbk_rsm_renderer_free(glbk_context *ctx, glbk_rsm_renderer *r)
     glbk_texture_free(ctx, &r->materials);
     glbk_buffer_free(ctx, &r->frame);
     glbk_buffer_free(ctx, &r->object);
+    glbk_buffer_free(ctx, &r->imported);
     glbk_buffer_free(ctx, &r->counts);
     for (i = 0; i < 2; i++) glbk_buffer_free(ctx, &r->pending[i]);
     glbk_buffer_free(ctx, &r->wanted);
