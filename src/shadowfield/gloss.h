@@ -39,7 +39,7 @@ static float sfield__alpha_of(float roughness)
 }
 
 /* Adds weighted values of the basis at sixteen directions to the coefficients of order m >= 0. */
-static void sfield__add_half(uint32_t bands, const float *basis, const float *weight, float *out)
+static SFIELD__COLD void sfield__add_half(uint32_t bands, const float *basis, const float *weight, float *out)
 {
     uint32_t l, m, i;
     for (l = 0; l < bands; l++)
@@ -52,7 +52,7 @@ static void sfield__add_half(uint32_t bands, const float *basis, const float *we
 }
 
 /* Finds draw `at` of a node: its first number, 0..1, and of its angle about z, 0..pi, sine and cosine. */
-static void sfield__find_draw(uint32_t at, double *u, double turn[2])
+static SFIELD__COLD void sfield__find_draw(uint32_t at, double *u, double turn[2])
 {
     const double step = 1.0 / (double)SFIELD__DRAWS;
     *u = (at / SFIELD__DRAWS + 0.5) * step;
@@ -81,7 +81,8 @@ static float sfield__draw_direction(const float *view, float alpha, float go, do
 
 /* Adds up the kernels of D V for one roughness and view. Directions are drawn on an even grid: what is added
    up is smooth then, however narrow the lobe is. Of directions mirrored in y one is enough. */
-static void sfield__add_specular(const sfield__brdf *b, float alpha, const float *view, float *node)
+static SFIELD__COLD void sfield__add_specular(const sfield__brdf *b, float alpha, const float *view,
+                                              float *node)
 {
     const float a2 = alpha * alpha, go = sqrtf(a2 + (1 - a2) * view[2] * view[2]);
     const float share = 1.0f / (float)(SFIELD__DRAWS * SFIELD__DRAWS);
@@ -109,7 +110,7 @@ static void sfield__add_specular(const sfield__brdf *b, float alpha, const float
 }
 
 /* Adds up the kernel of the diffuse part, over the hemisphere by its cosine and over the sphere. */
-static void sfield__add_diffuse(const sfield__brdf *b, const float *view, float *node)
+static SFIELD__COLD void sfield__add_diffuse(const sfield__brdf *b, const float *view, float *node)
 {
     const float share = 1.0f / (float)(SFIELD__DRAWS * SFIELD__DRAWS);
     float d[48], weight[16], basis[SFIELD_MAX_COEFS * 16];
@@ -136,7 +137,7 @@ static void sfield__add_diffuse(const sfield__brdf *b, const float *view, float 
 }
 
 /* Fills in the kernels of one view angle, for all roughnesses. */
-static void sfield__fill_angle(void *context, size_t angle)
+static SFIELD__COLD void sfield__fill_angle(void *context, size_t angle)
 {
     const sfield__brdf *b = (const sfield__brdf *)context;
     const size_t size = 2 * (size_t)SFIELD__KERNELS * b->half;
@@ -155,7 +156,7 @@ static void sfield__fill_angle(void *context, size_t angle)
 }
 
 /* Makes the table of a scene when the first set with materials comes. */
-static sfield_result sfield__make_brdf(sfield_scene *s)
+static SFIELD__COLD sfield_result sfield__make_brdf(sfield_scene *s)
 {
     static const float turn[16] = { 1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1 };
     const sfield_system *system = &s->desc.system;
@@ -227,7 +228,8 @@ static void sfield__find_frames(const sfield__tile *t, sfield__frames *f, float 
 }
 
 /* Interpolates the kernels of a lane between four nodes of the table, into planes of order m >= 0. */
-static void sfield__mix_kernels(const sfield__brdf *b, float roughness, float facing, uint32_t whole,
+static SFIELD__COLD void sfield__mix_kernels(const sfield__brdf *b, float roughness, float facing,
+                                             uint32_t whole,
                                 float *planes, size_t kernel)
 {
     const size_t size = 2 * (size_t)SFIELD__KERNELS * b->half;
@@ -330,7 +332,8 @@ static float sfield__facing_of(const float *material, uint32_t channel)
 }
 
 /* Gives sums of the kernels' T with all lights their colours: rgb gets what is diffuse, gloss the rest. */
-static void sfield__color_tile(const sfield__tile *t, float *rgb, float *facing, const float *grazing)
+static SFIELD__COLD void sfield__color_tile(const sfield__tile *t, float *rgb, float *facing,
+                                            const float *grazing)
 {
     uint32_t l, c;
     for (l = 0; l < t->lanes; l++) {
@@ -356,7 +359,7 @@ static void sfield__write_materials(const sfield__tile *t)
 }
 
 /* Checks what a set with gloss needs, before its directions are read. */
-static sfield_result sfield__check_gloss(const sfield__logger *log, const sfield_points *p)
+static SFIELD__COLD sfield_result sfield__check_gloss(const sfield__logger *log, const sfield_points *p)
 {
     size_t i;
     uint32_t k;

@@ -10,7 +10,7 @@ typedef struct sfield__lobe {       /* how a point looks to its eye */
 } sfield__lobe;
 
 /* Returns a unit tangent of a surface that points to the eye, or anywhere if the eye is along the normal. */
-static sfield__v3 sfield__find_tangent(sfield__v3 n, sfield__v3 view)
+static SFIELD__COLD sfield__v3 sfield__find_tangent(sfield__v3 n, sfield__v3 view)
 {
     sfield__v3 t = sfield__v3_sub(view, sfield__v3_scale(n, sfield__v3_dot(n, view)));
     if (sfield__v3_dot(t, t) < 1e-12f)
@@ -19,7 +19,8 @@ static sfield__v3 sfield__find_tangent(sfield__v3 n, sfield__v3 view)
 }
 
 /* Prepares a point's BRDF. set->exponents or set->materials are there. */
-static void sfield__read_lobe(const sfield_points *set, size_t index, const float *n, const float *view,
+static SFIELD__COLD void sfield__read_lobe(const sfield_points *set, size_t index, const float *n,
+                                           const float *view,
                               sfield__lobe *b)
 {
     const sfield__v3 up = sfield__v3_load(n), v = sfield__v3_load(view);
@@ -131,7 +132,7 @@ static void sfield__fill_texels(const sfield_scene *s, const sfield__lobe *b, fl
 
 /* Fills the planes of D V of a lobe that is not much wider than texels: directions are drawn on an even grid,
    and each adds to the texel that it falls into. */
-static void sfield__scatter_lobe(const sfield_scene *s, const sfield__lobe *b, float *planes)
+static SFIELD__COLD void sfield__scatter_lobe(const sfield_scene *s, const sfield__lobe *b, float *planes)
 {
     const float c = b->nv < 1 ? b->nv : 1.0f, view[3] = { sqrtf(1 - c * c), 0, c };
     const float share = 1.0f / (float)(4 * SFIELD__DRAWS * SFIELD__DRAWS);
@@ -162,7 +163,8 @@ static void sfield__scatter_lobe(const sfield_scene *s, const sfield__lobe *b, f
 
 /* Shades a point with gloss: T begins with the BRDF, once for each kernel, and goes through the same
    entities as that of rgb. */
-static void sfield__light_gloss(sfield__point *p, const sfield__tile *one, uint64_t *hash, float *ambient)
+static SFIELD__COLD void sfield__light_gloss(sfield__point *p, const sfield__tile *one, uint64_t *hash,
+                                             float *ambient)
 {
     const sfield_scene *s = p->s;
     const sfield_points *set = p->set;

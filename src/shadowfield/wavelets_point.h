@@ -341,7 +341,8 @@ static void sfield__light_point(sfield__point *p, size_t index, const float *x, 
 }
 
 #ifndef SFIELD_WITHOUT_GLOSS
-static void sfield__light_gloss(sfield__point *p, const sfield__tile *one, uint64_t *hash, float *ambient);
+static SFIELD__COLD void sfield__light_gloss(sfield__point *p, const sfield__tile *one, uint64_t *hash,
+                                             float *ambient);
 #endif
 
 static void sfield__shade_point(sfield__point *p, size_t index, uint64_t *hash)
