@@ -308,6 +308,27 @@ static const unsigned char *example_picture(const char *name, size_t width, size
     return picture + 15;
 }
 
+/* A map that another renderer drew, in colours and normals of 8 bits, gives the picture of the library's own. */
+static void own_map_example_draws_the_same(void **state)
+{
+    enum { BYTES = 3 * 640 * 480 };
+    static unsigned char drawn[BYTES];
+    const unsigned char *p = example_picture("07_rsm_gl_minimal", 640, 480);
+    double sum = 0;
+    size_t i;
+    int most = 0;
+    (void)state;
+    memcpy(drawn, p, BYTES);
+    p = example_picture("07b_rsm_own_maps_gl_minimal", 640, 480);
+    for (i = 0; i < BYTES; i++) {
+        const int off = abs((int)p[i] - (int)drawn[i]);
+        most = off > most ? off : most;
+        sum += off;
+    }
+    assert_true(most <= 12);
+    assert_true(sum / BYTES < 0.2);
+}
+
 /* Shadows of the sun are blue, since the sky still lights them. */
 static void sky_example_draws(void **state)
 {
@@ -573,7 +594,8 @@ int main(int count, char **values)
         cmocka_unit_test(dropped_files_are_shown),
         cmocka_unit_test(minimal_example_draws),
         cmocka_unit_test(occlusion_example_answers_as_the_cpu),
-        cmocka_unit_test(bounced_light_example_draws), cmocka_unit_test(sky_example_draws),
+        cmocka_unit_test(bounced_light_example_draws),
+        cmocka_unit_test(own_map_example_draws_the_same), cmocka_unit_test(sky_example_draws),
         cmocka_unit_test(fields_example_draws), cmocka_unit_test(own_shadow_example_draws),
         cmocka_unit_test(vpls_example_draws), cmocka_unit_test(shadowed_bounce_example_draws),
         cmocka_unit_test(own_vertices_example_draws),
