@@ -341,6 +341,19 @@ GLBK_DEF glbk_result glbk_rsm_map_read(glbk_context *ctx, const glbk_rsm_map *ma
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, the map was not created, or there is no such face.
             GLBK_ERR_ALLOC, GLBK_ERR_LOST */
 
+GLBK_DEF glbk_result glbk_rsm_map_stats(glbk_context *ctx, glbk_rsm_renderer *renderer, glbk_rsm_map *map,
+                                        int count, rsm_stats *stats);
+/* Counts what rsm_finish counts of a map, in one pass, and reads what was counted.
+   count    not 0: counts the map as it is now; nothing waits for that. 0: reads the last count alone, which
+            may be of an earlier frame
+   stats    receives what was counted, and the call waits for the GPU; NULL = nothing is read. Incident and
+            reflected light are sums of floats along rows, of doubles over rows. bad_texels and
+            skipped_triangles are 0, since the GPU drops both without a word
+   Memory   on the GPU, from the first call on: 48 bytes for each row of texels
+   Errors   GLBK_ERR_ARGUMENT: ctx is NULL, or an object was not created. GLBK_ERR_ORDER: count is 0, and
+            nothing was counted yet. GLBK_ERR_ALLOC, GLBK_ERR_LOST, those of textures and targets, and those
+            of glbk_program_compile at first use */
+
 GLBK_DEF void glbk_rsm_map_free(glbk_context *ctx, glbk_rsm_map *map);
 /* Frees what glbk_rsm_map_create made, and zeroes the struct. NULL and a zeroed map are allowed. */
 
@@ -626,12 +639,14 @@ struct glbk_rsm_map {                   /* the map of a light; read only; zeroed
     glbk_target    face_targets[6];     /* of texels */
     glbk_target    sum_targets[2][6];   /* of sums */
     glbk_target    row_targets[2][6];   /* of rows */
+    glbk_texture   stats;               /* of glbk_rsm_map_stats, made when it is first called */
+    glbk_target    stats_target;        /* of stats */
     int            summed;              /* not 0: the sums are those of the texels */
     int            sums_at;             /* which of sums holds them */
     int            rows_at;             /* which of rows holds them */
 };
 
-#define GLBK_RSM_PROGRAM_COUNT 27u
+#define GLBK_RSM_PROGRAM_COUNT 28u
 
 struct glbk_rsm_renderer {              /* the light of a picture; read only; zeroed = none */
     glbk_program    programs[GLBK_RSM_PROGRAM_COUNT];   /* compiled when they are first needed */
@@ -2462,6 +2477,26 @@ static const struct { char s0[593]; char end; } glbk__glsl_prog_rsm_smooth_frag 
     "}\n", 0
 };
 
+static const struct { char s0[532]; char end; } glbk__glsl_prog_rsm_stats_frag = {
+    "\n\n\n\nlayout(location=0)out uvec4 result;\n"
+    "\nvoid main()\n"
+    "{\n"
+    "ivec2 at=ivec2(gl_FragCoord.xy);\n"
+    "int face=at.y/3,what=at.y-3*face,size=int(glbk_rsm_light.side);\n"
+    "rsm_light l=rsm_bound();\n"
+    "uint lit=0u;\n"
+    "vec3 sum=vec3(.0);\n"
+    "for(int i=0;i<size;i++){\n"
+    "ivec3 t=ivec3(i,at.x,face);\n"
+    "vec3 flux=uintBitsToFloat(RSM_TEXEL(t,2).xyz);\n"
+    "lit+=rsm_mean3(flux)>.0?1u:0u;\n"
+    "if(what==0|| !(uintBitsToFloat(RSM_TEXEL(t,0).w)<3.0e38))continue;\n"
+    "sum+=what==1?rsm_incident(l,face,t.xy)*l.value:flux;\n"
+    "}\n"
+    "result=what==0?uvec4(lit,0u,0u,0u):uvec4(floatBitsToUint(sum),0u);\n"
+    "}\n", 0
+};
+
 static const glbk_file glbk__rsm_files[] = {
     { "lib/rsm_access.glsl\0" "rsm_bindings rsm_map" "\0" "" "\0"
       "" "\0" "",
@@ -2564,7 +2599,10 @@ static const glbk_file glbk__rsm_files[] = {
       (const char *)&glbk__glsl_prog_rsm_smooth_comp },
     { "prog/rsm_smooth.frag\0" "rsm_smooth rsm_frame" "\0" "screen.vert" "\0"
       "" "\0" "",
-      (const char *)&glbk__glsl_prog_rsm_smooth_frag }
+      (const char *)&glbk__glsl_prog_rsm_smooth_frag },
+    { "prog/rsm_stats.frag\0" "rsm_bindings rsm_access rsm_bound rsm_light" "\0" "screen.vert" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_prog_rsm_stats_frag }
 };
 
 
@@ -2983,6 +3021,7 @@ enum {                              /* programs of a renderer */
     GLBK__RSM_IMPORT,               /* from 2D textures; the next two from arrays and from cubes */
     GLBK__RSM_IMPORT_ARRAYS,
     GLBK__RSM_IMPORT_CUBES,
+    GLBK__RSM_STATS,
     GLBK__RSM_DIRECT,               /* from here on all but DO_SCAN and DO_SCAN_ROWS read the G-buffer */
     GLBK__RSM_GATHER,
     GLBK__RSM_INTERPOLATE,
@@ -3014,6 +3053,7 @@ static const char *const glbk__rsm_programs[GLBK_RSM_PROGRAM_COUNT][2] = {
     { "rsm_import.frag", "KIND=0" },
     { "rsm_import.frag", "KIND=1" },
     { "rsm_import.frag", "KIND=2" },
+    { "rsm_stats.frag", NULL },
     { "rsm_direct.frag", NULL },
     { "rsm_gather.frag", NULL },
     { "rsm_interpolate.frag", NULL },
@@ -3293,6 +3333,8 @@ GLBK_DEF void glbk_rsm_map_free(glbk_context *ctx, glbk_rsm_map *map)
         glbk_texture_free(ctx, &map->sums[i]);
         glbk_texture_free(ctx, &map->rows[i]);
     }
+    glbk_target_free(ctx, &map->stats_target);
+    glbk_texture_free(ctx, &map->stats);
     glbk_texture_free(ctx, &map->texels);
     glbk_texture_free(ctx, &map->depth);
     glbk_buffer_free(ctx, &map->buffer);
@@ -3849,6 +3891,77 @@ GLBK_DEF glbk_result glbk_rsm_map_import(glbk_context *ctx, glbk_rsm_renderer *r
     glbk_draw_screen(ctx);
     if (kind == 2) glbk__rsm_bind_import(ctx, import, kind, 0);
     return ctx->lost ? GLBK_ERR_LOST : glbk__leave_frame(ctx);
+}
+
+/* ==== src/gl_rsm/stats.h ==== */
+
+/* ---- rsm: statistics of a map ---- */
+
+/* Makes the image of statistics unless there is one: a pixel for each row of texels and each of three sums,
+   as rsm_stats.frag says. */
+static glbk_result glbk__rsm_stats_image(glbk_context *ctx, glbk_rsm_map *map)
+{
+    glbk_result result;
+    if (map->stats_target.name) return GLBK_OK;
+    glbk_texture_free(ctx, &map->stats);
+    result = glbk__rsm_image(ctx, GLBK_FORMAT_RGBA32UI, map->side, 3 * map->face_count, 0, &map->stats);
+    if (result == GLBK_OK) result = glbk__rsm_target(ctx, &map->stats, 0, 1, NULL, &map->stats_target);
+    if (result != GLBK_OK) glbk_texture_free(ctx, &map->stats);
+    return result;
+}
+
+/* Draws the statistics of a map. */
+static glbk_result glbk__rsm_stats_draw(glbk_context *ctx, glbk_rsm_renderer *r, glbk_rsm_map *map)
+{
+    glbk_pass pass;
+    glbk_result result = glbk__rsm_program(ctx, r, GLBK__RSM_STATS);
+    if (result == GLBK_OK) result = glbk__rsm_stats_image(ctx, map);
+    if (result != GLBK_OK) return result;
+    memset(&pass, 0, sizeof pass);
+    pass.target = &map->stats_target;
+    result = glbk_begin(ctx, &pass, &r->programs[GLBK__RSM_STATS]);
+    if (result != GLBK_OK) return result;
+    glbk__rsm_bind_map(ctx, map, NULL);
+    glbk_draw_screen(ctx);
+    return ctx->lost ? GLBK_ERR_LOST : glbk__leave_frame(ctx);
+}
+
+/* Reads the image of statistics, and adds up its rows in their order. */
+static glbk_result glbk__rsm_stats_read(glbk_context *ctx, const glbk_rsm_map *map, rsm_stats *out)
+{
+    const uint32_t height = 3 * map->face_count;
+    glbk_rsm__allocator memory = glbk_rsm__memory(ctx);
+    uint32_t *words = (uint32_t *)glbk_rsm__alloc_array(&memory, (size_t)map->side * height, 16), x, y, k;
+    glbk_result result;
+    memset(out, 0, sizeof *out);
+    if (!words) return GLBK_ERR_ALLOC;
+    result = glbk_target_read(ctx, &map->stats_target, 0, 0, 0, map->side, height, words);
+    for (y = 0; y < height && result == GLBK_OK; y++)
+        for (x = 0; x < map->side; x++) {
+            const uint32_t *from = words + 4 * ((size_t)y * map->side + x);
+            float sums[3];
+            memcpy(sums, from, sizeof sums);
+            if (y % 3 == 0) out->lit_texels += from[0];
+            for (k = 0; k < 3 && y % 3 == 1; k++) out->incident[k] += (double)sums[k];
+            for (k = 0; k < 3 && y % 3 == 2; k++) out->reflected[k] += (double)sums[k];
+        }
+    glbk_rsm__free(&memory, words);
+    return result;
+}
+
+GLBK_DEF glbk_result glbk_rsm_map_stats(glbk_context *ctx, glbk_rsm_renderer *r, glbk_rsm_map *map, int count,
+                                        rsm_stats *stats)
+{
+    glbk_result result;
+
+    if (!ctx) return GLBK_ERR_ARGUMENT;
+    result = glbk__rsm_renderer_check(ctx, __func__, r);
+    if (result == GLBK_OK) result = glbk__rsm_map_check(ctx, __func__, map);
+    if (result != GLBK_OK) return result;
+    if (!count && !map->stats_target.name)
+        return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "count", "is 0, and nothing was counted yet");
+    if (count) result = glbk__rsm_stats_draw(ctx, r, map);
+    return result == GLBK_OK && stats ? glbk__rsm_stats_read(ctx, map, stats) : result;
 }
 
 /* ==== src/gl_rsm/light.h ==== */

@@ -74,6 +74,19 @@ GLBK_DEF glbk_result glbk_rsm_map_read(glbk_context *ctx, const glbk_rsm_map *ma
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, the map was not created, or there is no such face.
             GLBK_ERR_ALLOC, GLBK_ERR_LOST */
 
+GLBK_DEF glbk_result glbk_rsm_map_stats(glbk_context *ctx, glbk_rsm_renderer *renderer, glbk_rsm_map *map,
+                                        int count, rsm_stats *stats);
+/* Counts what rsm_finish counts of a map, in one pass, and reads what was counted.
+   count    not 0: counts the map as it is now; nothing waits for that. 0: reads the last count alone, which
+            may be of an earlier frame
+   stats    receives what was counted, and the call waits for the GPU; NULL = nothing is read. Incident and
+            reflected light are sums of floats along rows, of doubles over rows. bad_texels and
+            skipped_triangles are 0, since the GPU drops both without a word
+   Memory   on the GPU, from the first call on: 48 bytes for each row of texels
+   Errors   GLBK_ERR_ARGUMENT: ctx is NULL, or an object was not created. GLBK_ERR_ORDER: count is 0, and
+            nothing was counted yet. GLBK_ERR_ALLOC, GLBK_ERR_LOST, those of textures and targets, and those
+            of glbk_program_compile at first use */
+
 GLBK_DEF void glbk_rsm_map_free(glbk_context *ctx, glbk_rsm_map *map);
 /* Frees what glbk_rsm_map_create made, and zeroes the struct. NULL and a zeroed map are allowed. */
 

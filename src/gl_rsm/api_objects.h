@@ -13,12 +13,14 @@ struct glbk_rsm_map {                   /* the map of a light; read only; zeroed
     glbk_target    face_targets[6];     /* of texels */
     glbk_target    sum_targets[2][6];   /* of sums */
     glbk_target    row_targets[2][6];   /* of rows */
+    glbk_texture   stats;               /* of glbk_rsm_map_stats, made when it is first called */
+    glbk_target    stats_target;        /* of stats */
     int            summed;              /* not 0: the sums are those of the texels */
     int            sums_at;             /* which of sums holds them */
     int            rows_at;             /* which of rows holds them */
 };
 
-#define GLBK_RSM_PROGRAM_COUNT 27u
+#define GLBK_RSM_PROGRAM_COUNT 28u
 
 struct glbk_rsm_renderer {              /* the light of a picture; read only; zeroed = none */
     glbk_program    programs[GLBK_RSM_PROGRAM_COUNT];   /* compiled when they are first needed */

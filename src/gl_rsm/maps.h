@@ -11,6 +11,7 @@ enum {                              /* programs of a renderer */
     GLBK__RSM_IMPORT,               /* from 2D textures; the next two from arrays and from cubes */
     GLBK__RSM_IMPORT_ARRAYS,
     GLBK__RSM_IMPORT_CUBES,
+    GLBK__RSM_STATS,
     GLBK__RSM_DIRECT,               /* from here on all but DO_SCAN and DO_SCAN_ROWS read the G-buffer */
     GLBK__RSM_GATHER,
     GLBK__RSM_INTERPOLATE,
@@ -42,6 +43,7 @@ static const char *const glbk__rsm_programs[GLBK_RSM_PROGRAM_COUNT][2] = {
     { "rsm_import.frag", "KIND=0" },
     { "rsm_import.frag", "KIND=1" },
     { "rsm_import.frag", "KIND=2" },
+    { "rsm_stats.frag", NULL },
     { "rsm_direct.frag", NULL },
     { "rsm_gather.frag", NULL },
     { "rsm_interpolate.frag", NULL },
@@ -321,6 +323,8 @@ GLBK_DEF void glbk_rsm_map_free(glbk_context *ctx, glbk_rsm_map *map)
         glbk_texture_free(ctx, &map->sums[i]);
         glbk_texture_free(ctx, &map->rows[i]);
     }
+    glbk_target_free(ctx, &map->stats_target);
+    glbk_texture_free(ctx, &map->stats);
     glbk_texture_free(ctx, &map->texels);
     glbk_texture_free(ctx, &map->depth);
     glbk_buffer_free(ctx, &map->buffer);
