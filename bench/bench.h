@@ -64,6 +64,7 @@ int bn_csm_render(const bn_options *options);
 int bn_bake_ao(const bn_options *options);
 int bn_rsm_gather(const bn_options *options);
 int bn_rsm_maps(const bn_options *options);
+int bn_rsm_masks(const bn_options *options);
 int bn_gl_csm_query(const bn_options *options);
 int bn_gl_csm_scene(const bn_options *options);
 int bn_gl_csm_render(const bn_options *options);

@@ -21,6 +21,7 @@ static const struct { const char *name, *what; int (*run)(const bn_options *opti
     { "bake_ao", "bake ao by maps and by Embree's rays: time of all of it, error against brute force", bn_bake_ao },
     { "rsm_gather", "bounced light by rsm: full, interpolated and denoised, beside the reference", bn_rsm_gather },
     { "rsm_maps", "a frame's map by rsm: drawn anew, kept, drawn since one object moved", bn_rsm_maps },
+    { "rsm_masks", "a map by rsm of leaves: whole, and with the holes of a mask", bn_rsm_masks },
     { "gl_csm_query", "visibility queries a second on OpenGL, core and compute path", bn_gl_csm_query },
     { "gl_csm_scene", "queries of a forest of up to 1,024 instances on OpenGL", bn_gl_csm_scene },
     { "gl_csm_render", "the Monte Carlo renderer on OpenGL", bn_gl_csm_render },

@@ -1,5 +1,6 @@
 /* rsm_maps.c - a frame's map of a sun by rsm.h, 512 x 512: drawn anew as in every frame, kept by rsm_redraw since
-   nothing moved, and drawn by it since one object did; by turns, with the mean of each. */
+   nothing moved, and drawn by it since one object did; by turns, with the mean of each. And a map of leaves, drawn
+   whole and with the holes of a mask. */
 #define _POSIX_C_SOURCE 200809L
 #include "bench.h"
 #include "rsm.h"
@@ -135,4 +136,75 @@ int bn_rsm_maps(const bn_options *options)
         ex_scene_free(&scene);
     }
     return result;
+}
+
+/* ---- alpha masks ---- */
+
+/* No built-in scene has a mask, so every second square of eight by eight over each triangle is a hole. */
+static int is_there(void *user, uint32_t triangle, const float weights[3])
+{
+    (void)user;
+    (void)triangle;
+    return ((int)(8 * weights[0]) + (int)(8 * weights[1])) % 2 == 0;
+}
+
+/* Draws the map without masks and with them by turns: seconds of each, and the texels that light falls on. */
+static int draw_masks(rsm_map *map, rsm_mesh *meshes, size_t count, double seconds[2], rsm_stats stats[2])
+{
+    for (int turn = 0; turn < 2 * TURNS; turn++) {
+        double start;
+        for (size_t i = 0; i < count; i++)
+            meshes[i].mask_fn = turn % 2 ? is_there : NULL;
+        start = ex_seconds();
+        if (rsm_map_restart(map, NULL) != RSM_OK || rsm_rasterize(map, meshes, count) != RSM_OK)
+            return 0;
+        seconds[turn % 2] += (ex_seconds() - start) / TURNS;
+        if (rsm_finish(map, &stats[turn % 2]) != RSM_OK)
+            return 0;
+    }
+    return 1;
+}
+
+int bn_rsm_masks(const bn_options *options)
+{
+    char error[EX_ERROR_SIZE];
+    ex_scene scene;
+    surface *surfaces;
+    rsm_mesh *meshes;
+    double seconds[2] = { 0, 0 };
+    rsm_stats stats[2];
+    rsm_map *map = NULL;
+    rsm_desc desc;
+    uint64_t triangles = 0;
+    int done = 0;
+    if (ex_scene_builtin(&scene, "plant", 0, error) != 0)
+        return bn_failed("plant", error);
+    surfaces = calloc(scene.object_count + (size_t)1, sizeof *surfaces);
+    meshes = calloc(scene.object_count + (size_t)1, sizeof *meshes);
+    memset(&desc, 0, sizeof desc);
+    desc.system.parallel_for = ex_pool_run;
+    desc.system.user = options->pool;
+    desc.light.direction[0] = 0.48f;
+    desc.light.direction[1] = 0.8f;
+    desc.light.direction[2] = 0.36f;
+    desc.light.value[0] = desc.light.value[1] = desc.light.value[2] = 1;
+    if (surfaces && meshes) {
+        triangles = convert(&scene, surfaces, meshes);
+        ex_scene_bounds(&scene, desc.light.position, &desc.light.radius);
+        done = rsm_map_create(&desc, &map) == RSM_OK && draw_masks(map, meshes, scene.object_count, seconds, stats);
+    }
+    if (done) {
+        bn_begin(options, "rsm_masks", options->threads, bn_simd());
+        bn_text("scene", "plant");
+        bn_integer("triangles", triangles);
+        bn_number("whole_ms", 1000 * seconds[0]);
+        bn_number("cut_ms", 1000 * seconds[1]);
+        bn_number("reflected_cut_over_whole", stats[1].reflected[1] / stats[0].reflected[1]);
+        bn_end(options);
+    }
+    rsm_map_free(map);
+    free(meshes);
+    free(surfaces);
+    ex_scene_free(&scene);
+    return done ? 0 : bn_failed("rsm_masks", "a map cannot be drawn");
 }
