@@ -140,6 +140,16 @@ static glbk_result take_own_map(glbk_context *gl, glbk_rsm_renderer *r, const ow
     return glbk_rsm_map_import(gl, r, map, 0, &in);
 }
 
+/* What the map holds; the call waits for the GPU. */
+static int tell(glbk_context *gl, glbk_rsm_renderer *r, glbk_rsm_map *map)
+{
+    rsm_stats s;
+    if (glbk_rsm_map_stats(gl, r, map, 1, &s) != GLBK_OK) return 1;
+    printf("%u of %u texels are lit: the room reflects %.3f of %.3f W\n", (unsigned)s.lit_texels, SIDE * SIDE,
+           (double)s.reflected[0], (double)s.incident[0]);
+    return 0;
+}
+
 /* ---- from radiance to what a window shows ---- */
 
 static const char tone[] =
@@ -299,7 +309,8 @@ int main(int count, char **values)
             show(&gl, &program, &light, count > 1 ? &picture.target : NULL) != GLBK_OK)
             return fail("OpenGL", "it does not work");
         now.index++;
-        if (count > 1) return save(&gl, &picture.target, values[1]) || glbk_check(&gl) != GLBK_OK;
+        if (count > 1)
+            return save(&gl, &picture.target, values[1]) || tell(&gl, &renderer, &map) || glbk_check(&gl) != GLBK_OK;
         glfwSwapBuffers(window);
         glfwPollEvents();
     }
