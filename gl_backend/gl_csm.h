@@ -2833,8 +2833,8 @@ static const struct { char s0[412]; char end; } glbk__glsl_prog_csm_peel_frag = 
     "}\n", 0
 };
 
-static const struct { char s0[308]; char end; } glbk__glsl_prog_csm_peel_vert = {
-    "\n\n\ninvariant gl_Position;\n"
+static const struct { char s0[309]; char end; } glbk__glsl_prog_csm_peel_vert = {
+    "\n\n\n\ninvariant gl_Position;\n"
     "invariant out float csm_depth;\n"
     "\nvoid main()\n"
     "{\n"
@@ -2975,11 +2975,11 @@ static const glbk_file glbk__csm_files[] = {
     { "prog/csm_compress.frag\0" "csm_compress" "\0" "screen.vert" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_csm_compress_frag },
-    { "prog/csm_peel.frag\0" "csm_bindings mesh_hole" "\0" "csm_peel.vert" "\0"
-      "CSM_FIRST=1 | CSM_FIRST=0" "\0" "",
+    { "prog/csm_peel.frag\0" "csm_bindings mesh_fragment" "\0" "csm_peel.vert" "\0"
+      "CSM_FIRST=1 GLBK_PLACE | CSM_FIRST=0 GLBK_PLACE" "\0" "",
       (const char *)&glbk__glsl_prog_csm_peel_frag },
-    { "prog/csm_peel.vert\0" "csm_bindings mesh_place csm_peel" "\0" "" "\0"
-      "" "\0" "",
+    { "prog/csm_peel.vert\0" "csm_bindings mesh_vertex csm_peel" "\0" "" "\0"
+      "GLBK_PLACE" "\0" "",
       (const char *)&glbk__glsl_prog_csm_peel_vert },
     { "prog/csm_query.comp\0" "csm_visible csm_frame" "\0" "" "\0"
       "CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=1 CSM_INSTANCES=1 | CSM_ASK=1 CSM_FILTER=2 | CSM_ASK=2 CSM_FILTER=1 | CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=2 CSM_INSTANCES=1 | CSM_ASK=0 CSM_FILTER=1 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=1 CSM_INSTANCES=1 | CSM_ASK=0 CSM_FILTER=1 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=2 CSM_INSTANCES=1" "\0" "",
@@ -4764,11 +4764,11 @@ GLBK_DEF glbk_result glbk_csm_builder_create(glbk_context *ctx, const glbk_csm_b
     out->firsts = (uint32_t *)glbk_csm__alloc_array(&memory, pixels, 4);
     result = out->words && out->firsts ? GLBK_OK : GLBK_ERR_ALLOC;
     if (result == GLBK_OK)
-        result = glbk__drawing_program(ctx, glbk_csm_part(), "csm_peel.frag", &attributes, "CSM_FIRST=1",
-                                       &out->first_layer);
+        result = glbk__drawing_program(ctx, glbk_csm_part(), "csm_peel.frag", &attributes,
+                                       "CSM_FIRST=1 GLBK_PLACE", &out->first_layer);
     if (result == GLBK_OK)
-        result = glbk__drawing_program(ctx, glbk_csm_part(), "csm_peel.frag", &attributes, "CSM_FIRST=0",
-                                       &out->next_layer);
+        result = glbk__drawing_program(ctx, glbk_csm_part(), "csm_peel.frag", &attributes,
+                                       "CSM_FIRST=0 GLBK_PLACE", &out->next_layer);
     if (result == GLBK_OK)
         result = glbk__program_create(ctx, glbk_csm_part(),
                                       out->compute ? "csm_compress.comp" : "csm_compress.frag", NULL,

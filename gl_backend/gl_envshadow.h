@@ -1086,11 +1086,11 @@ static const glbk_file glbk__envsh_files[] = {
     { "lib/envsh_visible.glsl\0" "" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_envsh_visible_glsl },
-    { "prog/envsh_cast.frag\0" "envsh_cast mesh_hole" "\0" "envsh_cast.vert" "\0"
-      "ENVSH_RGBA=0 | ENVSH_RGBA=1" "\0" "",
+    { "prog/envsh_cast.frag\0" "envsh_cast mesh_fragment" "\0" "envsh_cast.vert" "\0"
+      "ENVSH_RGBA=0 GLBK_PLACE | ENVSH_RGBA=1 GLBK_PLACE" "\0" "",
       (const char *)&glbk__glsl_prog_envsh_cast_frag },
-    { "prog/envsh_cast.vert\0" "envsh_cast mesh_place envsh_object" "\0" "" "\0"
-      "ENVSH_RGBA=0 | ENVSH_RGBA=1" "\0" "",
+    { "prog/envsh_cast.vert\0" "envsh_cast mesh_vertex envsh_object" "\0" "" "\0"
+      "ENVSH_RGBA=0 GLBK_PLACE | ENVSH_RGBA=1 GLBK_PLACE" "\0" "",
       (const char *)&glbk__glsl_prog_envsh_cast_vert },
     { "prog/envsh_cells.frag\0" "envsh_access envsh_object envsh_scene" "\0" "screen.vert" "\0"
       "ENVSH_RGBA=0 | ENVSH_RGBA=1" "\0" "",
@@ -1186,7 +1186,7 @@ static glbk_result glbk__envsh_create_textures(glbk_context *ctx, glbk_envsh_map
 static glbk_result glbk__envsh_create_programs(glbk_context *ctx, const glbk_envsh_maps_desc *d,
                                                glbk_envsh_maps *m)
 {
-    const char *defines = m->channel_count == 4 ? "ENVSH_RGBA=1" : "ENVSH_RGBA=0";
+    const char *defines = m->channel_count == 4 ? "ENVSH_RGBA=1 GLBK_PLACE" : "ENVSH_RGBA=0 GLBK_PLACE";
     glbk_attributes attributes;
     glbk_result result = glbk__take_attributes(ctx, "glbk_envsh_maps_create", &d->attributes, &attributes);
     if (result == GLBK_OK)

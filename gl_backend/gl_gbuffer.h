@@ -191,7 +191,7 @@ typedef struct glbk_attributes {
 
 /* GLSL of your own: skinning, morphing, wind, instances, alpha masks. All passes that draw your meshes take
    it: G-buffer, reflective shadow maps, shadow maps of a sky, builders of coherent shadow maps and of shadow
-   fields, self-visibility. The texts are compiled behind the library's shaders, may declare attributes,
+   fields, self-visibility. The texts are compiled before the library's main, may declare attributes,
    uniforms and varyings as they like, and define
 
        void glbk_vertex(out vec3 position, out vec3 normal, out vec2 uv, out vec4 tangent)
@@ -416,7 +416,7 @@ GLBK__DEF glbk_result glbk__take_attributes(const glbk_context *ctx, const char 
                                             const glbk_attributes *from, glbk_attributes *to);
 
 /* Does what glbk__program_create does, for a program that draws meshes of the user's: its shaders use
-   lib/mesh_vertex.glsl and lib/mesh_fragment.glsl, or lib/mesh_place.glsl and lib/mesh_hole.glsl.
+   lib/mesh_vertex.glsl and lib/mesh_fragment.glsl, with GLBK_PLACE among the defines for depth alone.
    at     from glbk__take_attributes
    more   defines, which may be "" and have up to 96 characters */
 #define GLBK__ATTRIBUTES_ROOM 220

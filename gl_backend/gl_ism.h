@@ -486,7 +486,7 @@ typedef struct glbk_ism_spread {        /* what glbk_ism_scatter needs; read onl
     glbk_ism_sheet counts;              /* surfels of each VPL; R32UI, whole numbers */
     glbk_target    surfel_target;       /* of a layer of the maps' tables of surfels */
     glbk_buffer    block;               /* the uniform block */
-    glbk_program   see, list, measure, gather, total, weigh, share, run, count, scatter;
+    glbk_program   see, list, measure, gather, weigh, share, run, count, scatter;
 } glbk_ism_spread;
 
 GLBK_DEF glbk_result glbk_ism_spread_create(glbk_context *ctx, const glbk_ism_maps *maps,
@@ -1240,13 +1240,13 @@ static const struct { char s0[383]; char end; } glbk__glsl_lib_ism_corners_glsl 
     "\n\nvec3 ism_normal2(ism_corners p){return cross(p.b-p.a,p.c-p.a);}\n", 0
 };
 
-static const struct { char s0[284]; char end; } glbk__glsl_lib_ism_densities_glsl = {
+static const struct { char s0[270]; char end; } glbk__glsl_lib_ism_densities_glsl = {
     "\n\n\n\n\nfloat ism_density(vec2 sizes)\n"
     "{\n"
     "vec2 all=uintBitsToFloat(texelFetch(glbk_ism_totals,ivec2(0),0).xy);\n"
     "float by_area=1.,by_solid=.0;\n"
     "if(all.y>.0){\n"
-    "by_area=glbk_ism_scattering.area_share;\n"
+    "by_area=ISM_S.area_share;\n"
     "by_solid=(1.-by_area)/all.y;\n"
     "}\n"
     "return sizes.x*(by_area/max(all.x,1e-37))+sizes.y*by_solid;\n"
@@ -1402,8 +1402,9 @@ static const struct { char s0[1154]; char end; } glbk__glsl_lib_ism_fill_glsl = 
     "}\n", 0
 };
 
-static const struct { char s0[884]; char end; } glbk__glsl_lib_ism_fold_glsl = {
-    "\n\n\n\n\n\nivec2 ism_fold(uint i,uint count,uint row)\n"
+static const struct { char s0[1043]; char end; } glbk__glsl_lib_ism_fold_glsl = {
+    "\n\n\n#define ISM_S glbk_ism_scattering\n"
+    "\n\n\nivec2 ism_fold(uint i,uint count,uint row)\n"
     "{\n"
     "return ivec2(i&1023u,row*((count+1023u)>>10)+(i>>10));\n"
     "}\n"
@@ -1415,6 +1416,10 @@ static const struct { char s0[884]; char end; } glbk__glsl_lib_ism_fold_glsl = {
     "\nfloat ism_folded(usampler2D from,uint i,uint count,uint row)\n"
     "{\n"
     "return uintBitsToFloat(texelFetch(from,ism_fold(i,count,row),0).x);\n"
+    "}\n"
+    "\nvec2 ism_folded2(usampler2D from,uint i,uint count)\n"
+    "{\n"
+    "return uintBitsToFloat(texelFetch(from,ism_fold(i,count,0u),0).xy);\n"
     "}\n"
     "\n\nuint ism_blocks(uint count){return(count+31u)>>5;}\n"
     "\n\n\n\nuint ism_find_in_block(usampler2D sums,uint row,uint block,uint count,inout float x)\n"
@@ -1511,15 +1516,15 @@ static const struct { char s0[629]; char end; } glbk__glsl_lib_ism_holes_glsl = 
     "}\n", 0
 };
 
-static const struct { char s0[1267]; char end; } glbk__glsl_lib_ism_inter_texel_glsl = {
+static const struct { char s0[1243]; char end; } glbk__glsl_lib_ism_inter_texel_glsl = {
     "\n\n\n\n\n\n\nvoid ism_inter_texel(ivec2 texel,vec2 fraction,inout vec3 position,inout vec3 normal)\n"
     "{\n"
     "vec2 s=fraction-.5,from,to;\n"
     "vec3 p0=position,n0=normal,sum=vec3(.0),mixed=vec3(.0),offsets[4],normals[4];\n"
     "float weights=.0,shares[4],behind=.0;\n"
-    "int height=int(glbk_ism_choosing.face_height),face=texel.y/height;\n"
+    "int height=int(ISM_C.face_height),face=texel.y/height;\n"
     "ivec2 lowest=ivec2(0,face*height);\n"
-    "ivec2 highest=lowest+ivec2(int(glbk_ism_choosing.width),height)-1;\n"
+    "ivec2 highest=lowest+ivec2(int(ISM_C.width),height)-1;\n"
     "ivec2 beside=ivec2(1);\n"
     "if(s.x<.0)beside.x= -1;\n"
     "if(s.y<.0)beside.y= -1;\n"
@@ -1990,8 +1995,9 @@ static const struct { char s0[1790]; char end; } glbk__glsl_lib_ism_push_glsl = 
     "}\n", 0
 };
 
-static const struct { char s0[1079]; char end; } glbk__glsl_lib_ism_pvpl_glsl = {
-    "\n\nstruct ism_pvpl{\n"
+static const struct { char s0[1087]; char end; } glbk__glsl_lib_ism_pvpl_glsl = {
+    "\n\n#define ISM_C glbk_ism_choosing\n"
+    "struct ism_pvpl{\n"
     "vec3 position,normal,flux;\n"
     "float area;\n"
     "float luminance;\n"
@@ -1999,7 +2005,7 @@ static const struct { char s0[1079]; char end; } glbk__glsl_lib_ism_pvpl_glsl = 
     "\n\n\n\nism_pvpl ism_read_pvpl(ivec2 at)\n"
     "{\n"
     "ism_pvpl p;\n"
-    "int side=int(glbk_ism_choosing.face_height),face=at.y/side;\n"
+    "int side=int(ISM_C.face_height),face=at.y/side;\n"
     "ivec3 to=ivec3(at.x,at.y-face*side,3*face);\n"
     "vec4 place=uintBitsToFloat(texelFetch(glbk_ism_texels,to,0));\n"
     "vec4 normal=uintBitsToFloat(texelFetch(glbk_ism_texels,to+ivec3(0,0,1),0));\n"
@@ -2018,7 +2024,7 @@ static const struct { char s0[1079]; char end; } glbk__glsl_lib_ism_pvpl_glsl = 
     "}\n"
     "\n\nbool ism_to_clip(vec3 p,out vec2 at)\n"
     "{\n"
-    "vec4 c=glbk_ism_choosing.world_to_clip*vec4(p,1.);\n"
+    "vec4 c=ISM_C.world_to_clip*vec4(p,1.);\n"
     "bool known=abs(c.w)>1e-20;\n"
     "at=vec2(.0);\n"
     "if(known)at=c.xy/c.w;\n"
@@ -2168,31 +2174,31 @@ static const struct { char s0[453]; char end; } glbk__glsl_prog_ism_blur_frag = 
     "}\n", 0
 };
 
-static const struct { char s0[1541]; char end; } glbk__glsl_prog_ism_choose_frag = {
+static const struct { char s0[1481]; char end; } glbk__glsl_prog_ism_choose_frag = {
     "\n\n\n\n\nlayout(location=0)out uvec4 place;\n"
     "layout(location=1)out uvec4 facing;\n"
     "layout(location=2)out uvec4 power;\n"
     "\nvoid main()\n"
     "{\n"
     "ivec2 at=ivec2(gl_FragCoord.xy),texel,end=textureSize(glbk_ism_row_sums2,0)-1;\n"
-    "uint i=uint(at.y)*256u+uint(at.x),n=glbk_ism_choosing.vpl_count;\n"
-    "int width=int(glbk_ism_choosing.width),height=end.y+1;\n"
+    "uint i=uint(at.y)*256u+uint(at.x),n=ISM_C.vpl_count;\n"
+    "int width=int(ISM_C.width),height=end.y+1;\n"
     "uvec4 totals=texelFetch(glbk_ism_column_sums2,textureSize(glbk_ism_column_sums2,0)-1,0);\n"
     "float least=ism_least(totals),total=ism_weight(totals,least);\n"
     "place=facing=power=uvec4(0u);\n"
     "if(i>=n|| !(total>.0))return;\n"
-    "float y=fract((float(i)+.5)/float(n)+glbk_ism_choosing.shift)*total;\n"
+    "float y=fract((float(i)+.5)/float(n)+ISM_C.shift)*total;\n"
     "texel.y=ism_search(glbk_ism_column_sums0,glbk_ism_column_sums1,glbk_ism_column_sums2,least,\n"
     "ivec2(0),ivec2(0,1),height,y);\n"
     "float row=ism_weight(texelFetch(glbk_ism_row_sums2,ivec2(end.x,texel.y),0),least);\n"
-    "float x=ism_to_unit(i*2654435769u+glbk_ism_choosing.shift_bits)*row;\n"
+    "float x=ism_to_unit(i*2654435769u+ISM_C.shift_bits)*row;\n"
     "texel.x=ism_search(glbk_ism_row_sums0,glbk_ism_row_sums1,glbk_ism_row_sums2,least,\n"
     "ivec2(0,texel.y),ivec2(1,0),width,x);\n"
     "float weight=ism_weight(texelFetch(glbk_ism_importances,texel,0),least);\n"
     "vec2 fraction=min(vec2(x/weight,y/row),vec2(.99999994));\n"
     "float scale=total/(float(n)*weight);\n"
     "ism_pvpl p=ism_read_pvpl(texel);\n"
-    "if(glbk_ism_choosing.inter_texel!=0u)ism_inter_texel(texel,fraction,p.position,p.normal);\n"
+    "if(ISM_C.inter_texel!=0u)ism_inter_texel(texel,fraction,p.position,p.normal);\n"
     "p.normal=normalize(p.normal);\n"
     "float area=p.area*scale;\n"
     "if(!cohsm_finite(area)||area<.0)area=.0;\n"
@@ -2202,21 +2208,21 @@ static const struct { char s0[1541]; char end; } glbk__glsl_prog_ism_choose_frag
     "}\n", 0
 };
 
-static const struct { char s0[1184]; char end; } glbk__glsl_prog_ism_clusters_frag = {
+static const struct { char s0[1108]; char end; } glbk__glsl_prog_ism_clusters_frag = {
     "\n\n\n\nlayout(location=0)out uvec2 masses;\n"
     "layout(location=1)out uvec4 place;\n"
     "layout(location=2)out uvec4 squares;\n"
     "layout(location=3)out uvec4 mixed;\n"
     "\nvoid main()\n"
     "{\n"
-    "uint count=glbk_ism_scattering.cluster_count,size=glbk_ism_scattering.cluster_size;\n"
-    "uint triangles=glbk_ism_scattering.triangle_count;\n"
+    "uint count=ISM_S.cluster_count,size=ISM_S.cluster_size;\n"
+    "uint triangles=ISM_S.triangle_count;\n"
     "uint c=ism_unfold(ivec2(gl_FragCoord.xy),count).x,end=min((c+1u)*size,triangles);\n"
     "vec2 sums=vec2(.0);\n"
     "vec3 from=vec3(.0),at=vec3(.0),nn=vec3(.0),other=vec3(.0);\n"
     "float square=.0;\n"
     "for(uint t=c*size;c<count&&t<end;t++){\n"
-    "vec2 sizes=uintBitsToFloat(texelFetch(glbk_ism_sizes,ism_fold(t,triangles,0u),0).xy);\n"
+    "vec2 sizes=ism_folded2(glbk_ism_sizes,t,triangles);\n"
     "if(sizes.x>.0){\n"
     "ism_corners p=ism_read_corners(t);\n"
     "vec3 n=ism_normal2(p)*(.5/sizes.x);\n"
@@ -2243,7 +2249,7 @@ static const struct { char s0[1184]; char end; } glbk__glsl_prog_ism_clusters_fr
     "}\n", 0
 };
 
-static const struct { char s0[557]; char end; } glbk__glsl_prog_ism_counts_frag = {
+static const struct { char s0[529]; char end; } glbk__glsl_prog_ism_counts_frag = {
     "\n\n\n\nlayout(location=0)out uint result;\n"
     "\nfloat ism_luminance_of(uint v)\n"
     "{\n"
@@ -2252,11 +2258,11 @@ static const struct { char s0[557]; char end; } glbk__glsl_prog_ism_counts_frag 
     "}\n"
     "\nvoid main()\n"
     "{\n"
-    "uint count=glbk_ism_frame.vpl_count,n=glbk_ism_scattering.surfel_count;\n"
+    "uint count=glbk_ism_frame.vpl_count,n=ISM_S.surfel_count;\n"
     "uint v=ism_unfold(ivec2(gl_FragCoord.xy),glbk_ism_frame.vpl_capacity).x;\n"
     "float mean=.0;\n"
     "result=n;\n"
-    "if(glbk_ism_scattering.vary_surfels==0u||v>=count)return;\n"
+    "if(ISM_S.vary_surfels==0u||v>=count)return;\n"
     "for(uint i=0u;i<count;i++)mean+=ism_luminance_of(i);\n"
     "mean/=float(count);\n"
     "float flux=ism_luminance_of(v);\n"
@@ -2303,7 +2309,7 @@ static const struct { char s0[1148]; char end; } glbk__glsl_prog_ism_edges_frag 
     "}\n", 0
 };
 
-static const struct { char s0[2613]; char end; } glbk__glsl_prog_ism_effect_frag = {
+static const struct { char s0[2517]; char end; } glbk__glsl_prog_ism_effect_frag = {
     "\n\n\n\n\n\nlayout(location=0)out uint result;\n"
     "\n\n\nfloat ism_unit_flux_light(vec3 q,vec3 n,vec3 p,vec3 pn,float extent2)\n"
     "{\n"
@@ -2315,13 +2321,13 @@ static const struct { char s0[2613]; char end; } glbk__glsl_prog_ism_effect_frag
     "\n\nint ism_cell(float u,float count){return int(clamp(u*count,.0,count-1.));}\n"
     "\nfloat ism_effect(ism_pvpl q,uint i,uint seed)\n"
     "{\n"
-    "uint grid=glbk_ism_choosing.grid_side,count=grid*grid,rank=0u;\n"
-    "vec2 side=vec2(float(glbk_ism_choosing.view_width),float(glbk_ism_choosing.view_height)),clip;\n"
+    "uint grid=ISM_C.grid_side,count=grid*grid,rank=0u;\n"
+    "vec2 side=vec2(float(ISM_C.view_width),float(ISM_C.view_height)),clip;\n"
     "float r0=.05*max(side.x,side.y),reach=side.x+side.y,sum=.0;\n"
     "uint turn=ism_hash_combine(seed,i*256u+255u);\n"
     "float even=1./(side.x*side.y),share=float(count/2u)/float(count);\n"
     "bool known=ism_to_clip(q.position,clip);\n"
-    "bool guided=glbk_ism_choosing.guided!=0u&&known&&side.y>1.&&count>1u&&r0>=1.&&reach>r0;\n"
+    "bool guided=ISM_C.guided!=0u&&known&&side.y>1.&&count>1u&&r0>=1.&&reach>r0;\n"
     "vec2 centre=(.5*clip+.5)*side;\n"
     "float inner=1./(1.+2.*cohsm_log(reach/r0));\n"
     "float norm=inner/(3.14159265*r0*r0);\n"
@@ -2353,7 +2359,7 @@ static const struct { char s0[2613]; char end; } glbk__glsl_prog_ism_effect_frag
     "bool seen=glbk_read_point(pixel,p);\n"
     "if(inside&&seen&&cohsm_finite3(p.position)&&dot(p.normal,p.normal)>.25){\n"
     "float e=ism_unit_flux_light(q.position,q.normal,p.position,p.normal,extent2);\n"
-    "if(glbk_ism_choosing.by_mean==0u)e*=e;\n"
+    "if(ISM_C.by_mean==0u)e*=e;\n"
     "sum+=e*(even/density);\n"
     "}\n"
     "}\n"
@@ -2363,10 +2369,10 @@ static const struct { char s0[2613]; char end; } glbk__glsl_prog_ism_effect_frag
     "{\n"
     "ivec2 at=ivec2(gl_FragCoord.xy);\n"
     "ism_pvpl q=ism_read_pvpl(at);\n"
-    "int height=int(glbk_ism_choosing.face_height),face=at.y/height;\n"
-    "uint i=uint(at.y-face*height)*glbk_ism_choosing.width+uint(at.x);\n"
+    "int height=int(ISM_C.face_height),face=at.y/height;\n"
+    "uint i=uint(at.y-face*height)*ISM_C.width+uint(at.x);\n"
     "float effect=.0;\n"
-    "if(q.luminance>.0)effect=ism_effect(q,i,ism_hash_combine(glbk_ism_choosing.seed,uint(face)));\n"
+    "if(q.luminance>.0)effect=ism_effect(q,i,ism_hash_combine(ISM_C.seed,uint(face)));\n"
     "result=floatBitsToUint(effect);\n"
     "}\n", 0
 };
@@ -2489,7 +2495,7 @@ static const struct { char s0[346]; char end; } glbk__glsl_prog_ism_holes_frag =
     "}\n", 0
 };
 
-static const struct { char s0[2536]; char end; } glbk__glsl_prog_ism_pairs_frag = {
+static const struct { char s0[2494]; char end; } glbk__glsl_prog_ism_pairs_frag = {
     "\n\n\n\nlayout(location=0)out uint result;\n"
     "\nstruct ism_cluster{\n"
     "float area,radius2;\n"
@@ -2497,7 +2503,7 @@ static const struct { char s0[2536]; char end; } glbk__glsl_prog_ism_pairs_frag 
     "};\n"
     "\nism_cluster ism_read_cluster(uint c)\n"
     "{\n"
-    "ivec3 at=ivec3(ism_fold(c,glbk_ism_scattering.cluster_count,0u),0);\n"
+    "ivec3 at=ivec3(ism_fold(c,ISM_S.cluster_count,0u),0);\n"
     "vec4 place=uintBitsToFloat(texelFetch(glbk_ism_clusters,at,0));\n"
     "ism_cluster k;\n"
     "k.at=place.xyz;\n"
@@ -2560,9 +2566,9 @@ static const struct { char s0[2536]; char end; } glbk__glsl_prog_ism_pairs_frag 
     "}\n"
     "\nvoid main()\n"
     "{\n"
-    "uint count=glbk_ism_scattering.cluster_count;\n"
+    "uint count=ISM_S.cluster_count;\n"
     "uvec2 place=ism_unfold(ivec2(gl_FragCoord.xy),count);\n"
-    "uint v=glbk_ism_scattering.first_vpl+place.y;\n"
+    "uint v=ISM_S.first_vpl+place.y;\n"
     "float effect=.0;\n"
     "if(place.x<count&&v<glbk_ism_frame.vpl_count){\n"
     "ism_cluster c=ism_read_cluster(place.x);\n"
@@ -2575,7 +2581,7 @@ static const struct { char s0[2536]; char end; } glbk__glsl_prog_ism_pairs_frag 
     "}\n", 0
 };
 
-static const struct { char s0[2280]; char end; } glbk__glsl_prog_ism_points_frag = {
+static const struct { char s0[1962]; char end; } glbk__glsl_prog_ism_points_frag = {
     "\n\n\n\nlayout(location=0)out uvec4 result;\n"
     "\n\n\nvec2 ism_triangle_map(float u,float v)\n"
     "{\n"
@@ -2585,15 +2591,13 @@ static const struct { char s0[2280]; char end; } glbk__glsl_prog_ism_points_frag
     "}\n"
     "\nfloat ism_triangle_density(uint t)\n"
     "{\n"
-    "ivec2 at=ism_fold(t,glbk_ism_scattering.triangle_count,0u);\n"
-    "return ism_density(uintBitsToFloat(texelFetch(glbk_ism_sizes,at,0).xy));\n"
+    "return ism_density(ism_folded2(glbk_ism_sizes,t,ISM_S.triangle_count));\n"
     "}\n"
     "\n\n\nuint ism_choose_triangle(uint c,float share,inout float x)\n"
     "{\n"
-    "uint first=c*glbk_ism_scattering.cluster_size,chosen=first;\n"
-    "uint end=min(first+glbk_ism_scattering.cluster_size,glbk_ism_scattering.triangle_count);\n"
-    "ivec2 at=ism_fold(c,glbk_ism_scattering.cluster_count,0u);\n"
-    "float all=ism_density(uintBitsToFloat(texelFetch(glbk_ism_masses,at,0).xy)),sum=.0,width=.0;\n"
+    "uint first=c*ISM_S.cluster_size,chosen=first;\n"
+    "uint end=min(first+ISM_S.cluster_size,ISM_S.triangle_count);\n"
+    "float all=ism_density(ism_folded2(glbk_ism_masses,c,ISM_S.cluster_count)),sum=.0,width=.0;\n"
     "x=x/share*all;\n"
     "for(uint t=first;t<end&& !(sum>x);t++){\n"
     "float density=ism_triangle_density(t);\n"
@@ -2608,8 +2612,8 @@ static const struct { char s0[2280]; char end; } glbk__glsl_prog_ism_points_frag
     "}\n"
     "\n\nuvec4 ism_point(uint v,uint row,uint at,uint n)\n"
     "{\n"
-    "uint count=glbk_ism_scattering.cluster_count,n1=ism_blocks(count),n2=ism_blocks(n1);\n"
-    "uint key=ism_hash_combine(glbk_ism_scattering.key,0x9000u+v);\n"
+    "uint count=ISM_S.cluster_count,n1=ism_blocks(count),n2=ism_blocks(n1);\n"
+    "uint key=ism_hash_combine(ISM_S.key,0x9000u+v);\n"
     "float all=ism_folded(glbk_ism_runs2,n2-1u,n2,row);\n"
     "float x=(float(at)+ism_to_unit(ism_hash_combine(key,at)))/float(n)*all;\n"
     "if(!(all>.0))return uvec4(0u);\n"
@@ -2627,13 +2631,13 @@ static const struct { char s0[2280]; char end; } glbk__glsl_prog_ism_points_frag
     "}\n"
     "\nvoid main()\n"
     "{\n"
-    "uint i=glbk_ism_scattering.first_texel+(uint(gl_FragCoord.y)<<10)+uint(gl_FragCoord.x);\n"
-    "uint each=glbk_ism_scattering.phase_surfel_count,v=i/each,row=v-glbk_ism_scattering.first_vpl;\n"
-    "uint at=(i-v*each)*glbk_ism_scattering.lazy_frames+glbk_ism_scattering.phase;\n"
-    "if(v<glbk_ism_scattering.first_vpl||row>=glbk_ism_scattering.batch)discard;\n"
-    "uint n=texelFetch(glbk_ism_counts,ism_fold(v,glbk_ism_scattering.vpl_capacity,0u),0).x;\n"
+    "uint i=ISM_S.first_texel+(uint(gl_FragCoord.y)<<10)+uint(gl_FragCoord.x);\n"
+    "uint each=ISM_S.phase_surfel_count,v=i/each,row=v-ISM_S.first_vpl;\n"
+    "uint at=(i-v*each)*ISM_S.lazy_frames+ISM_S.phase;\n"
+    "if(v<ISM_S.first_vpl||row>=ISM_S.batch)discard;\n"
+    "uint n=texelFetch(glbk_ism_counts,ism_fold(v,ISM_S.vpl_capacity,0u),0).x;\n"
     "result=uvec4(0u);\n"
-    "if(at<n)result=ism_point(v,row*glbk_ism_scattering.pair,at,n);\n"
+    "if(at<n)result=ism_point(v,row*ISM_S.pair,at,n);\n"
     "}\n", 0
 };
 
@@ -2671,11 +2675,11 @@ static const struct { char s0[570]; char end; } glbk__glsl_prog_ism_push_frag = 
     "}\n", 0
 };
 
-static const struct { char s0[758]; char end; } glbk__glsl_prog_ism_receivers_frag = {
+static const struct { char s0[730]; char end; } glbk__glsl_prog_ism_receivers_frag = {
     "\n\n\nlayout(location=0)out uvec4 result;\n"
     "\nvoid main()\n"
     "{\n"
-    "uint width=glbk_ism_scattering.view_width,n0=width*glbk_ism_scattering.view_height;\n"
+    "uint width=ISM_S.view_width,n0=width*ISM_S.view_height;\n"
     "uint n1=ism_blocks(n0),n2=ism_blocks(n1),n3=ism_blocks(n2),n4=ism_blocks(n3);\n"
     "uint i=ism_unfold(ivec2(gl_FragCoord.xy),n0).x;\n"
     "float x=float(i)+.5,all=ism_folded(glbk_ism_runs4,n4-1u,n4,0u);\n"
@@ -2706,17 +2710,23 @@ static const struct { char s0[304]; char end; } glbk__glsl_prog_ism_resolve_frag
     "}\n", 0
 };
 
-static const struct { char s0[410]; char end; } glbk__glsl_prog_ism_run_frag = {
-    "\n\n\n\n\nlayout(location=0)out uint result;\n"
+static const struct { char s0[521]; char end; } glbk__glsl_prog_ism_run_frag = {
+    "\n\n\n\n\nlayout(location=0)out uvec2 result;\n"
     "\nvoid main()\n"
     "{\n"
-    "uint pace=glbk_ism_scattering.pace,count=glbk_ism_scattering.value_count;\n"
-    "uint own=(count+pace-1u)/pace;\n"
+    "uint pace=ISM_S.pace,count=ISM_S.value_count,own=ism_blocks(count);\n"
+    "if(pace!=0u)own=(count+pace-1u)/pace;\n"
     "uvec2 place=ism_unfold(ivec2(gl_FragCoord.xy),own);\n"
-    "uint end=min(place.x,own-1u);\n"
-    "float sum=.0;\n"
-    "for(uint k=place.x-(place.x&31u);k<=end;k++)\n"
-    "sum+=ism_folded(glbk_ism_values,min(pace*k+pace-1u,count-1u),count,place.y);\n"
+    "uint k=32u*place.x,end=min(k+32u,count);\n"
+    "if(pace!=0u){\n"
+    "k=place.x-(place.x&31u);\n"
+    "end=min(place.x+1u,own);\n"
+    "}\n"
+    "vec2 sum=vec2(.0);\n"
+    "for(;k<end;k++){\n"
+    "uint i=pace==0u?k:min(pace*k+pace-1u,count-1u);\n"
+    "sum+=uintBitsToFloat(texelFetch(glbk_ism_values,ism_fold(i,count,place.y),0).xy);\n"
+    "}\n"
     "result=floatBitsToUint(sum);\n"
     "}\n", 0
 };
@@ -2737,11 +2747,11 @@ static const struct { char s0[510]; char end; } glbk__glsl_prog_ism_scan_frag = 
     "}\n", 0
 };
 
-static const struct { char s0[425]; char end; } glbk__glsl_prog_ism_seen_frag = {
+static const struct { char s0[397]; char end; } glbk__glsl_prog_ism_seen_frag = {
     "\n\n\nlayout(location=0)out uint result;\n"
     "\nvoid main()\n"
     "{\n"
-    "uint width=glbk_ism_scattering.view_width,count=width*glbk_ism_scattering.view_height;\n"
+    "uint width=ISM_S.view_width,count=width*ISM_S.view_height;\n"
     "uint i=ism_unfold(ivec2(gl_FragCoord.xy),count).x,j=min(i,count-1u),row=j/width;\n"
     "glbk_point p;\n"
     "bool seen=glbk_read_point(ivec2(j-row*width,row),p);\n"
@@ -2810,18 +2820,17 @@ static const struct { char s0[313]; char end; } glbk__glsl_prog_ism_shade_frag =
     "}\n", 0
 };
 
-static const struct { char s0[689]; char end; } glbk__glsl_prog_ism_shares_frag = {
+static const struct { char s0[614]; char end; } glbk__glsl_prog_ism_shares_frag = {
     "\n\n\n\n\nlayout(location=0)out uint result;\n"
     "\nvoid main()\n"
     "{\n"
-    "uint count=glbk_ism_scattering.cluster_count;\n"
+    "uint count=ISM_S.cluster_count;\n"
     "uvec2 place=ism_unfold(ivec2(gl_FragCoord.xy),count);\n"
     "float share=.0;\n"
     "if(place.x<count){\n"
-    "ivec2 at=ism_fold(place.x,count,0u);\n"
-    "float p=ism_density(uintBitsToFloat(texelFetch(glbk_ism_masses,at,0).xy)),q=p;\n"
+    "float p=ism_density(ism_folded2(glbk_ism_masses,place.x,count)),q=p;\n"
     "ivec2 end=textureSize(glbk_ism_runs4,0)-1;\n"
-    "if(glbk_ism_scattering.pair!=0u&&uintBitsToFloat(texelFetch(glbk_ism_runs4,end,0).x)>.0){\n"
+    "if(ISM_S.pair!=0u&&uintBitsToFloat(texelFetch(glbk_ism_runs4,end,0).x)>.0){\n"
     "float all=uintBitsToFloat(texelFetch(glbk_ism_effect_totals,ivec2(0,int(place.y)),0).x);\n"
     "float effect=ism_folded(glbk_ism_values,place.x,count,place.y);\n"
     "if(all>.0)q=effect/all;\n"
@@ -2832,7 +2841,7 @@ static const struct { char s0[689]; char end; } glbk__glsl_prog_ism_shares_frag 
     "}\n", 0
 };
 
-static const struct { char s0[1751]; char end; } glbk__glsl_prog_ism_sizes_frag = {
+static const struct { char s0[1681]; char end; } glbk__glsl_prog_ism_sizes_frag = {
     "\n\n\n\nlayout(location=0)out uvec2 result;\n"
     "\n\nuint ism_multiply_high(uint a,uint b)\n"
     "{\n"
@@ -2858,7 +2867,7 @@ static const struct { char s0[1751]; char end; } glbk__glsl_prog_ism_sizes_frag 
     "}\n"
     "\nvoid main()\n"
     "{\n"
-    "uint count=glbk_ism_scattering.triangle_count,views=glbk_ism_scattering.views;\n"
+    "uint count=ISM_S.triangle_count,views=ISM_S.views;\n"
     "uint t=ism_unfold(ivec2(gl_FragCoord.xy),count).x;\n"
     "result=uvec2(0u);\n"
     "if(t>=count)return;\n"
@@ -2866,12 +2875,12 @@ static const struct { char s0[1751]; char end; } glbk__glsl_prog_ism_sizes_frag 
     "vec3 normal2=ism_normal2(p);\n"
     "float area2=length(normal2),solid=.0;\n"
     "if(!(area2>.0)|| !cohsm_finite(area2))return;\n"
-    "uint pixels=glbk_ism_scattering.view_width*glbk_ism_scattering.view_height,valid=0u;\n"
+    "uint pixels=ISM_S.view_width*ISM_S.view_height,valid=0u;\n"
     "if(views>0u){\n"
     "ivec2 end=textureSize(glbk_ism_runs4,0)-1;\n"
     "valid=uint(uintBitsToFloat(texelFetch(glbk_ism_runs4,end,0).x));\n"
     "}\n"
-    "uint key=ism_hash_combine(glbk_ism_scattering.seed,0x7000u+cohsm_if(views==1u,0u,t));\n"
+    "uint key=ism_hash_combine(ISM_S.seed,0x7000u+cohsm_if(views==1u,0u,t));\n"
     "for(uint k=0u;k<views&&valid>0u;k++){\n"
     "uint i=ism_multiply_high(ism_hash_combine(key,k),valid);\n"
     "vec3 eye=uintBitsToFloat(texelFetch(glbk_ism_receivers,ism_fold(i,pixels,0u),0).xyz);\n"
@@ -3093,28 +3102,14 @@ static const struct { char s0[1212]; char end; } glbk__glsl_prog_ism_splat_vert 
     "}\n", 0
 };
 
-static const struct { char s0[368]; char end; } glbk__glsl_prog_ism_total_frag = {
-    "\n\n\nlayout(location=0)out uvec2 result;\n"
-    "\nvoid main()\n"
-    "{\n"
-    "uint count=glbk_ism_scattering.value_count;\n"
-    "uvec2 place=ism_unfold(ivec2(gl_FragCoord.xy),ism_blocks(count));\n"
-    "uint end=min(32u*place.x+32u,count);\n"
-    "vec2 sum=vec2(.0);\n"
-    "for(uint k=32u*place.x;k<end;k++)\n"
-    "sum+=uintBitsToFloat(texelFetch(glbk_ism_values,ism_fold(k,count,place.y),0).xy);\n"
-    "result=floatBitsToUint(sum);\n"
-    "}\n", 0
-};
-
-static const struct { char s0[1192]; char end; } glbk__glsl_prog_ism_weigh_frag = {
+static const struct { char s0[1120]; char end; } glbk__glsl_prog_ism_weigh_frag = {
     "\n\n\n\n\nlayout(location=0)out uvec2 result;\n"
     "\nfloat ism_effect_at(ivec2 at){return uintBitsToFloat(texelFetch(glbk_ism_effects,at,0).x);}\n"
     "\nfloat ism_blurred(ivec2 at,ism_pvpl q)\n"
     "{\n"
-    "int radius=int(glbk_ism_choosing.blur_radius),height=int(glbk_ism_choosing.face_height);\n"
+    "int radius=int(ISM_C.blur_radius),height=int(ISM_C.face_height);\n"
     "ivec2 lowest=ivec2(0,at.y/height*height);\n"
-    "ivec2 highest=lowest+ivec2(int(glbk_ism_choosing.width),height)-1;\n"
+    "ivec2 highest=lowest+ivec2(int(ISM_C.width),height)-1;\n"
     "ivec2 from=max(at-radius,lowest),to=min(at+radius,highest);\n"
     "float sum=.0,weights=.0;\n"
     "for(int y=from.y;y<=to.y;y++)\n"
@@ -3136,10 +3131,10 @@ static const struct { char s0[1192]; char end; } glbk__glsl_prog_ism_weigh_frag 
     "ivec2 at=ivec2(gl_FragCoord.xy);\n"
     "ism_pvpl q=ism_read_pvpl(at);\n"
     "float effect=.0;\n"
-    "if(glbk_ism_choosing.by_effect!=0u&&q.luminance>.0){\n"
-    "if(glbk_ism_choosing.blur_radius==0u)effect=ism_effect_at(at);\n"
+    "if(ISM_C.by_effect!=0u&&q.luminance>.0){\n"
+    "if(ISM_C.blur_radius==0u)effect=ism_effect_at(at);\n"
     "else effect=ism_blurred(at,q);\n"
-    "if(glbk_ism_choosing.by_mean==0u)effect=sqrt(effect);\n"
+    "if(ISM_C.by_mean==0u)effect=sqrt(effect);\n"
     "}\n"
     "result=floatBitsToUint(vec2(q.luminance*effect,q.luminance));\n"
     "}\n", 0
@@ -3164,7 +3159,7 @@ static const glbk_file glbk__ism_files[] = {
     { "lib/ism_corners.glsl\0" "table ism_bindings" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_ism_corners_glsl },
-    { "lib/ism_densities.glsl\0" "ism_fold ism_scattering" "\0" "" "\0"
+    { "lib/ism_densities.glsl\0" "ism_fold" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_ism_densities_glsl },
     { "lib/ism_disc.glsl\0" "ism_access ism_frame" "\0" "" "\0"
@@ -3173,7 +3168,7 @@ static const glbk_file glbk__ism_files[] = {
     { "lib/ism_fill.glsl\0" "ism_access ism_frame" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_ism_fill_glsl },
-    { "lib/ism_fold.glsl\0" "ism_bindings" "\0" "" "\0"
+    { "lib/ism_fold.glsl\0" "ism_bindings ism_scattering" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_ism_fold_glsl },
     { "lib/ism_frame.glsl\0" "" "\0" "" "\0"
@@ -3188,7 +3183,7 @@ static const glbk_file glbk__ism_files[] = {
     { "lib/ism_holes.glsl\0" "ism_fill ism_frame" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_ism_holes_glsl },
-    { "lib/ism_inter_texel.glsl\0" "ism_pvpl ism_choosing" "\0" "" "\0"
+    { "lib/ism_inter_texel.glsl\0" "ism_pvpl" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_ism_inter_texel_glsl },
     { "lib/ism_light.glsl\0" "ism_access ism_frame ism_view" "\0" "" "\0"
@@ -3218,19 +3213,19 @@ static const glbk_file glbk__ism_files[] = {
     { "prog/ism_blur.frag\0" "ism_blur" "\0" "screen.vert" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_blur_frag },
-    { "prog/ism_choose.frag\0" "ism_search ism_hash ism_inter_texel ism_choosing" "\0" "screen.vert" "\0"
+    { "prog/ism_choose.frag\0" "ism_search ism_hash ism_inter_texel" "\0" "screen.vert" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_choose_frag },
-    { "prog/ism_clusters.frag\0" "ism_corners ism_fold ism_scattering" "\0" "screen.vert" "\0"
+    { "prog/ism_clusters.frag\0" "ism_corners ism_fold" "\0" "screen.vert" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_clusters_frag },
-    { "prog/ism_counts.frag\0" "ism_access ism_fold ism_frame ism_scattering" "\0" "screen.vert" "\0"
+    { "prog/ism_counts.frag\0" "ism_access ism_fold ism_frame" "\0" "screen.vert" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_counts_frag },
     { "prog/ism_edges.frag\0" "ism_bindings ism_choosing" "\0" "screen.vert" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_edges_frag },
-    { "prog/ism_effect.frag\0" "ism_pvpl ism_hash gbuffer ism_choosing" "\0" "screen.vert" "\0"
+    { "prog/ism_effect.frag\0" "ism_pvpl ism_hash gbuffer" "\0" "screen.vert" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_effect_frag },
     { "prog/ism_extent.frag\0" "cohsm_math ism_bindings gbuffer ism_choosing" "\0" "screen.vert" "\0"
@@ -3242,10 +3237,10 @@ static const glbk_file glbk__ism_files[] = {
     { "prog/ism_holes.frag\0" "ism_holes ism_frame" "\0" "screen.vert" "\0"
       "ISM_PROJECTION=1 | ISM_PROJECTION=4" "\0" "",
       (const char *)&glbk__glsl_prog_ism_holes_frag },
-    { "prog/ism_pairs.frag\0" "cohsm_math ism_access ism_fold ism_frame ism_scattering" "\0" "screen.vert" "\0"
+    { "prog/ism_pairs.frag\0" "cohsm_math ism_access ism_fold ism_frame" "\0" "screen.vert" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_pairs_frag },
-    { "prog/ism_points.frag\0" "ism_densities ism_hash ism_scattering" "\0" "screen.vert" "\0"
+    { "prog/ism_points.frag\0" "ism_densities ism_hash" "\0" "screen.vert" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_points_frag },
     { "prog/ism_pull.frag\0" "ism_fill ism_frame" "\0" "screen.vert" "\0"
@@ -3254,19 +3249,19 @@ static const glbk_file glbk__ism_files[] = {
     { "prog/ism_push.frag\0" "ism_push ism_frame" "\0" "screen.vert" "\0"
       "ISM_PROJECTION=1 | ISM_PROJECTION=4" "\0" "",
       (const char *)&glbk__glsl_prog_ism_push_frag },
-    { "prog/ism_receivers.frag\0" "cohsm_math ism_fold gbuffer ism_scattering" "\0" "screen.vert" "\0"
+    { "prog/ism_receivers.frag\0" "cohsm_math ism_fold gbuffer" "\0" "screen.vert" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_receivers_frag },
     { "prog/ism_resolve.frag\0" "ism_bindings gbuffer picture" "\0" "screen.vert" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_resolve_frag },
-    { "prog/ism_run.frag\0" "ism_fold ism_scattering" "\0" "screen.vert" "\0"
+    { "prog/ism_run.frag\0" "ism_fold" "\0" "screen.vert" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_run_frag },
     { "prog/ism_scan.frag\0" "ism_bindings ism_choosing" "\0" "screen.vert" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_scan_frag },
-    { "prog/ism_seen.frag\0" "cohsm_math ism_fold gbuffer ism_scattering" "\0" "screen.vert" "\0"
+    { "prog/ism_seen.frag\0" "cohsm_math ism_fold gbuffer" "\0" "screen.vert" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_seen_frag },
     { "prog/ism_shade.comp\0" "ism_gbuffer ism_light ism_view" "\0" "" "\0"
@@ -3275,10 +3270,10 @@ static const glbk_file glbk__ism_files[] = {
     { "prog/ism_shade.frag\0" "ism_gbuffer ism_light ism_view" "\0" "screen.vert" "\0"
       "ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5 | ISM_NEAR=6" "\0" "",
       (const char *)&glbk__glsl_prog_ism_shade_frag },
-    { "prog/ism_shares.frag\0" "ism_densities ism_scattering" "\0" "screen.vert" "\0"
+    { "prog/ism_shares.frag\0" "ism_densities" "\0" "screen.vert" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_shares_frag },
-    { "prog/ism_sizes.frag\0" "cohsm_math ism_corners ism_fold ism_hash ism_scattering" "\0" "screen.vert" "\0"
+    { "prog/ism_sizes.frag\0" "cohsm_math ism_corners ism_fold ism_hash" "\0" "screen.vert" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_sizes_frag },
     { "prog/ism_splat.comp\0" "ism_disc ism_frame" "\0" "" "\0"
@@ -3290,10 +3285,7 @@ static const glbk_file glbk__ism_files[] = {
     { "prog/ism_splat.vert\0" "ism_disc ism_frame" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_splat_vert },
-    { "prog/ism_total.frag\0" "ism_fold ism_scattering" "\0" "screen.vert" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_prog_ism_total_frag },
-    { "prog/ism_weigh.frag\0" "ism_pvpl ism_choosing" "\0" "screen.vert" "\0"
+    { "prog/ism_weigh.frag\0" "ism_pvpl" "\0" "screen.vert" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_weigh_frag }
 };
@@ -4862,7 +4854,6 @@ static glbk_result glbk__ism_create_spread(glbk_context *ctx, const glbk_ism_map
     }
     if (result == GLBK_OK) result = glbk__program_create(ctx, part, "ism_sizes.frag", NULL, &s->measure);
     if (result == GLBK_OK) result = glbk__program_create(ctx, part, "ism_clusters.frag", NULL, &s->gather);
-    if (result == GLBK_OK) result = glbk__program_create(ctx, part, "ism_total.frag", NULL, &s->total);
     if (result == GLBK_OK && glbk__ism_by_pair(&m->desc))
         result = glbk__program_create(ctx, part, "ism_pairs.frag", defines, &s->weigh);
     if (result == GLBK_OK) result = glbk__program_create(ctx, part, "ism_shares.frag", NULL, &s->share);
@@ -5018,19 +5009,18 @@ static glbk_result glbk__ism_sum(glbk_context *ctx, glbk_ism_spread *s, glbk_ism
                                  const glbk_texture *values, uint32_t count, int running,
                                  const glbk_ism_sheet *sums, uint32_t levels)
 {
-    glbk_program *program = running ? &s->run : &s->total;
     glbk_result result = GLBK_OK;
     uint32_t k;
     b->value_count = count;
-    b->pace = 1;
+    b->pace = running != 0;
     for (k = 0; k < levels && result == GLBK_OK; k++) {
-        result = glbk__ism_begin_spread(ctx, s, &sums[k].target, program, b);
+        result = glbk__ism_begin_spread(ctx, s, &sums[k].target, &s->run, b);
         if (result != GLBK_OK) return result;
         glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_values, values);
         glbk_draw_screen(ctx);
         values = &sums[k].texture;
         if (k || !running) b->value_count = glbk__ism_blocks(b->value_count);
-        b->pace = 32;
+        if (running) b->pace = 32;
     }
     return result;
 }
@@ -5243,20 +5233,19 @@ GLBK_DEF glbk_result glbk_ism_scatter(glbk_context *ctx, glbk_ism_spread *s, glb
 
 GLBK_DEF void glbk_ism_spread_free(glbk_context *ctx, glbk_ism_spread *s)
 {
-    glbk_program *programs[10];
+    glbk_program *programs[9];
     uint32_t k;
     if (!s) return;
     programs[0] = &s->see;
     programs[1] = &s->list;
     programs[2] = &s->measure;
     programs[3] = &s->gather;
-    programs[4] = &s->total;
-    programs[5] = &s->weigh;
-    programs[6] = &s->share;
-    programs[7] = &s->run;
-    programs[8] = &s->count;
-    programs[9] = &s->scatter;
-    for (k = 0; k < 10; k++) glbk_program_free(ctx, programs[k]);
+    programs[4] = &s->weigh;
+    programs[5] = &s->share;
+    programs[6] = &s->run;
+    programs[7] = &s->count;
+    programs[8] = &s->scatter;
+    for (k = 0; k < 9; k++) glbk_program_free(ctx, programs[k]);
     glbk__ism_free_view(ctx, s);
     glbk__ism_free_triangles(ctx, s);
     glbk__ism_free_sheets(ctx, &s->counts, 1);

@@ -213,7 +213,7 @@ typedef struct glbk_shader {        /* one stage of a program */
     const char *uses, *defines;     /* as in glbk_source, or NULL */
     const char *name;               /* the file with its main ("prog/copy.frag", which brings its own uses),
                                        or NULL */
-    const char *text;               /* your text, after that file if both are given; or NULL */
+    const char *text;               /* your text, before that file if both are given; or NULL */
     const glbk_part *parts[GLBK_MAX_PARTS];     /* as in glbk_source */
 } glbk_shader;
 
@@ -332,7 +332,7 @@ GLBK__DEF glbk_offset glbk__offset(const glbk_offset *offset);
 /* Compiles and links a program of the library.
    part     has it; NULL = the base
    other    a second part whose library files it uses, or NULL
-   texts    of a user, after those of the vertex and the fragment shader; NULL, or one of them NULL = none
+   texts    of a user, before the vertex and the fragment shader; NULL, or one of them NULL = none
    name     is that of its last stage: "copy.frag", "csm_query.comp"
    defines  one of its sets, or NULL = none
    Errors   those of glbk_program_compile; GLBK_ERR_NAME where the part has no such file */
@@ -528,68 +528,28 @@ static const struct { char s0[42]; char end; } glbk__glsl_lib_base_bindings_glsl
     "\nuniform glbk_color_sampler glbk_source;\n", 0
 };
 
-static const struct { char s0[146]; char end; } glbk__glsl_lib_mesh_fragment_glsl = {
+static const struct { char s0[338]; char end; } glbk__glsl_lib_mesh_fragment_glsl = {
     "\n\n#ifdef GLBK_OWN_FRAGMENT\n"
     "bool glbk_fragment(vec2 uv,inout vec4 color);\n"
     "#else\n"
     "bool glbk_fragment(vec2 uv,inout vec4 color){return true;}\n"
-    "#endif\n", 0
-};
-
-static const struct { char s0[187]; char end; } glbk__glsl_lib_mesh_hole_glsl = {
-    "\n\n#ifdef GLBK_OWN_FRAGMENT\n"
+    "#endif\n"
+    "#ifdef GLBK_PLACE\n"
+    "#ifdef GLBK_OWN_FRAGMENT\n"
     "in vec2 glbk_uv;\n"
+    "#else\n"
+    "const vec2 glbk_uv=vec2(.0);\n"
     "#endif\n"
     "\nbool glbk_is_hole()\n"
     "{\n"
-    "#ifdef GLBK_OWN_FRAGMENT\n"
     "vec4 color=vec4(1.);\n"
     "return!glbk_fragment(glbk_uv,color);\n"
-    "#else\n"
-    "return false;\n"
-    "#endif\n"
-    "}\n", 0
+    "}\n"
+    "#endif\n", 0
 };
 
-static const struct { char s0[714]; char end; } glbk__glsl_lib_mesh_place_glsl = {
-    "\n\n#ifdef GLBK_OWN_VERTEX\n"
-    "void glbk_vertex(out vec3 position,out vec3 normal,out vec2 uv,out vec4 tangent);\n"
-    "#else\n"
-    "#ifndef GBUFFER_POSITION\n"
-    "#define GBUFFER_POSITION 0\n"
-    "#define GBUFFER_UV 2\n"
-    "#endif\n"
-    "layout(location=GBUFFER_POSITION)in vec3 glbk_in_position;\n"
-    "#if defined(GLBK_OWN_FRAGMENT) && GBUFFER_UV >= 0\n"
-    "layout(location=GBUFFER_UV)in vec2 glbk_in_uv;\n"
-    "#else\n"
-    "const vec2 glbk_in_uv=vec2(.0);\n"
-    "#endif\n"
-    "#endif\n"
-    "#ifdef GLBK_OWN_FRAGMENT\n"
-    "out vec2 glbk_uv;\n"
-    "#endif\n"
-    "\n\nvec3 glbk_vertex_place()\n"
-    "{\n"
-    "vec3 position;\n"
-    "vec2 uv;\n"
-    "#ifdef GLBK_OWN_VERTEX\n"
-    "vec3 normal;\n"
-    "vec4 tangent;\n"
-    "glbk_vertex(position,normal,uv,tangent);\n"
-    "#else\n"
-    "position=glbk_in_position;\n"
-    "uv=glbk_in_uv;\n"
-    "#endif\n"
-    "#ifdef GLBK_OWN_FRAGMENT\n"
-    "glbk_uv=uv;\n"
-    "#endif\n"
-    "return position;\n"
-    "}\n", 0
-};
-
-static const struct { char s0[859]; char end; } glbk__glsl_lib_mesh_vertex_glsl = {
-    "\n\n#ifdef GLBK_OWN_VERTEX\n"
+static const struct { char s0[1217]; char end; } glbk__glsl_lib_mesh_vertex_glsl = {
+    "\n\n\n#ifdef GLBK_OWN_VERTEX\n"
     "void glbk_vertex(out vec3 position,out vec3 normal,out vec2 uv,out vec4 tangent);\n"
     "#else\n"
     "#ifndef GBUFFER_POSITION\n"
@@ -599,17 +559,17 @@ static const struct { char s0[859]; char end; } glbk__glsl_lib_mesh_vertex_glsl 
     "#define GBUFFER_TANGENT 3\n"
     "#endif\n"
     "layout(location=GBUFFER_POSITION)in vec3 glbk_in_position;\n"
-    "#if GBUFFER_NORMAL >= 0\n"
+    "#if GBUFFER_NORMAL >= 0 && !defined(GLBK_PLACE)\n"
     "layout(location=GBUFFER_NORMAL)in vec3 glbk_in_normal;\n"
     "#else\n"
     "const vec3 glbk_in_normal=vec3(.0);\n"
     "#endif\n"
-    "#if GBUFFER_UV >= 0\n"
+    "#if GBUFFER_UV >= 0 && (!defined(GLBK_PLACE) || defined(GLBK_OWN_FRAGMENT))\n"
     "layout(location=GBUFFER_UV)in vec2 glbk_in_uv;\n"
     "#else\n"
     "const vec2 glbk_in_uv=vec2(.0);\n"
     "#endif\n"
-    "#if GBUFFER_TANGENT >= 0\n"
+    "#if GBUFFER_TANGENT >= 0 && !defined(GLBK_PLACE)\n"
     "layout(location=GBUFFER_TANGENT)in vec4 glbk_in_tangent;\n"
     "#else\n"
     "const vec4 glbk_in_tangent=vec4(.0);\n"
@@ -620,6 +580,22 @@ static const struct { char s0[859]; char end; } glbk__glsl_lib_mesh_vertex_glsl 
     "normal=glbk_in_normal;\n"
     "uv=glbk_in_uv;\n"
     "tangent=glbk_in_tangent;\n"
+    "}\n"
+    "#endif\n"
+    "#ifdef GLBK_PLACE\n"
+    "#ifdef GLBK_OWN_FRAGMENT\n"
+    "out vec2 glbk_uv;\n"
+    "#endif\n"
+    "\n\nvec3 glbk_vertex_place()\n"
+    "{\n"
+    "vec3 position,normal;\n"
+    "vec2 uv;\n"
+    "vec4 tangent;\n"
+    "glbk_vertex(position,normal,uv,tangent);\n"
+    "#ifdef GLBK_OWN_FRAGMENT\n"
+    "glbk_uv=uv;\n"
+    "#endif\n"
+    "return position;\n"
     "}\n"
     "#endif\n", 0
 };
@@ -696,12 +672,6 @@ static const glbk_file glbk__base_files[] = {
     { "lib/mesh_fragment.glsl\0" "" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_mesh_fragment_glsl },
-    { "lib/mesh_hole.glsl\0" "mesh_fragment" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_mesh_hole_glsl },
-    { "lib/mesh_place.glsl\0" "" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_mesh_place_glsl },
     { "lib/mesh_vertex.glsl\0" "" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_mesh_vertex_glsl },
@@ -947,10 +917,15 @@ GLBK_DEF size_t glbk_write_glsl(glbk_dialect dialect, int float_bits, const glbk
         glbk__append_line(&sink, i + 1);
         glbk__append_file(&sink, list.file[i]);
     }
+    /* What a text declares must stand before main: Firefox writes zeros to varyings there. */
+    if (main_file && shader->text) {
+        glbk__append_line(&sink, list.count + 2);
+        glbk__append_text(&sink, shader->text);
+        glbk__append_text(&sink, "\n");
+    }
     glbk__append_line(&sink, list.count + 1);
     if (main_file) glbk__append_file(&sink, main_file);
-    if (main_file && shader->text) glbk__append_line(&sink, list.count + 2);
-    if (shader->text) glbk__append_text(&sink, shader->text);
+    else if (shader->text) glbk__append_text(&sink, shader->text);
     if (bytes) out[sink.used < bytes ? sink.used : bytes - 1] = 0;
     return sink.used + 1;
 }

@@ -1558,8 +1558,8 @@ static const struct { char s0[922]; char end; } glbk__glsl_prog_sfield_see_vert 
     "}\n", 0
 };
 
-static const struct { char s0[537]; char end; } glbk__glsl_prog_sfield_self_frag = {
-    "\n\nin vec4 sfield_self0,sfield_self1,sfield_self2,sfield_self3;\n"
+static const struct { char s0[538]; char end; } glbk__glsl_prog_sfield_self_frag = {
+    "\n\n\nin vec4 sfield_self0,sfield_self1,sfield_self2,sfield_self3;\n"
     "layout(location=0)out uvec4 sfield_out_self0;\n"
     "layout(location=1)out uvec4 sfield_out_self1;\n"
     "\n\nuvec2 sfield_halves(vec4 v)\n"
@@ -1576,8 +1576,8 @@ static const struct { char s0[537]; char end; } glbk__glsl_prog_sfield_self_frag
     "}\n", 0
 };
 
-static const struct { char s0[610]; char end; } glbk__glsl_prog_sfield_self_vert = {
-    "\n\n\n#ifndef SFIELD_SELF0\n"
+static const struct { char s0[611]; char end; } glbk__glsl_prog_sfield_self_vert = {
+    "\n\n\n\n#ifndef SFIELD_SELF0\n"
     "#define SFIELD_SELF0 4\n"
     "#define SFIELD_SELF1 5\n"
     "#define SFIELD_SELF2 6\n"
@@ -1769,17 +1769,17 @@ static const glbk_file glbk__sfield_files[] = {
     { "prog/sfield_project.frag\0" "table sfield_bindings sfield_views" "\0" "screen.vert" "\0"
       "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" "\0" "",
       (const char *)&glbk__glsl_prog_sfield_project_frag },
-    { "prog/sfield_see.frag\0" "sfield_bindings mesh_hole" "\0" "sfield_see.vert" "\0"
-      "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" "\0" "",
+    { "prog/sfield_see.frag\0" "sfield_bindings mesh_fragment" "\0" "sfield_see.vert" "\0"
+      "SFIELD_SOURCE=0 GLBK_PLACE | SFIELD_SOURCE=1 GLBK_PLACE" "\0" "",
       (const char *)&glbk__glsl_prog_sfield_see_frag },
-    { "prog/sfield_see.vert\0" "sfield_bindings mesh_place sfield_views" "\0" "" "\0"
-      "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" "\0" "",
+    { "prog/sfield_see.vert\0" "sfield_bindings mesh_vertex sfield_views" "\0" "" "\0"
+      "SFIELD_SOURCE=0 GLBK_PLACE | SFIELD_SOURCE=1 GLBK_PLACE" "\0" "",
       (const char *)&glbk__glsl_prog_sfield_see_vert },
     { "prog/sfield_self.frag\0" "" "\0" "sfield_self.vert" "\0"
-      "" "\0" "",
+      "GLBK_PLACE" "\0" "",
       (const char *)&glbk__glsl_prog_sfield_self_frag },
-    { "prog/sfield_self.vert\0" "sfield_bindings mesh_place sfield_object" "\0" "" "\0"
-      "" "\0" "",
+    { "prog/sfield_self.vert\0" "sfield_bindings mesh_vertex sfield_object" "\0" "" "\0"
+      "GLBK_PLACE" "\0" "",
       (const char *)&glbk__glsl_prog_sfield_self_vert },
     { "prog/sfield_shade.comp\0" "sfield_list sfield_point" "\0" "" "\0"
       "SFIELD_BANDS=4 SFIELD_GLOSS=0 SFIELD_SELF=1 | SFIELD_BANDS=3 SFIELD_GLOSS=1 | SFIELD_BANDS=8 SFIELD_GLOSS=0" "\0" "",
@@ -2530,7 +2530,7 @@ GLBK_DEF glbk_result glbk_sfield_self_upload(glbk_context *ctx, glbk_sfield_rend
 /* Compiles the program for meshes as the G-buffer draws them, unless there is one. */
 static glbk_result glbk__sfield_record(glbk_context *ctx, glbk_sfield_renderer *r, const glbk_attributes *at)
 {
-    static const char *const names[4] = { "SFIELD_SELF0=", " SFIELD_SELF1=", " SFIELD_SELF2=",
+    static const char *const names[4] = { "GLBK_PLACE SFIELD_SELF0=", " SFIELD_SELF1=", " SFIELD_SELF2=",
                                           " SFIELD_SELF3=" };
     char defines[96];
     glbk_attributes place;
@@ -3161,7 +3161,7 @@ static glbk_result glbk__sfield_see_program(glbk_context *ctx, const glbk_sfield
 {
     static const char function[] = "glbk_sfield_builder_create";
     const uint32_t radiance = d->radiance_attribute && !d->mesh ? d->radiance_attribute : 1;
-    char more[40];
+    char more[60];
     glbk_attributes at;
     glbk__sink sink;
     glbk_result result = glbk__take_attributes(ctx, function, &d->attributes, &at);
@@ -3180,7 +3180,7 @@ static glbk_result glbk__sfield_see_program(glbk_context *ctx, const glbk_sfield
     sink.bytes = sizeof more;
     sink.used = 0;
     glbk__append_text(&sink, b->source ? "SFIELD_SOURCE=1" : "SFIELD_SOURCE=0");
-    glbk__append_text(&sink, " SFIELD_RADIANCE=");
+    glbk__append_text(&sink, " GLBK_PLACE SFIELD_RADIANCE=");
     glbk__sfield_number(&sink, radiance);
     more[sink.used] = 0;
     return glbk__drawing_program(ctx, glbk_sfield_part(), "sfield_see.frag", &at, more, &b->see);

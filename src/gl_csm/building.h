@@ -204,11 +204,11 @@ GLBK_DEF glbk_result glbk_csm_builder_create(glbk_context *ctx, const glbk_csm_b
     out->firsts = (uint32_t *)glbk_csm__alloc_array(&memory, pixels, 4);
     result = out->words && out->firsts ? GLBK_OK : GLBK_ERR_ALLOC;
     if (result == GLBK_OK)
-        result = glbk__drawing_program(ctx, glbk_csm_part(), "csm_peel.frag", &attributes, "CSM_FIRST=1",
-                                       &out->first_layer);
+        result = glbk__drawing_program(ctx, glbk_csm_part(), "csm_peel.frag", &attributes,
+                                       "CSM_FIRST=1 GLBK_PLACE", &out->first_layer);
     if (result == GLBK_OK)
-        result = glbk__drawing_program(ctx, glbk_csm_part(), "csm_peel.frag", &attributes, "CSM_FIRST=0",
-                                       &out->next_layer);
+        result = glbk__drawing_program(ctx, glbk_csm_part(), "csm_peel.frag", &attributes,
+                                       "CSM_FIRST=0 GLBK_PLACE", &out->next_layer);
     if (result == GLBK_OK)
         result = glbk__program_create(ctx, glbk_csm_part(),
                                       out->compute ? "csm_compress.comp" : "csm_compress.frag", NULL,

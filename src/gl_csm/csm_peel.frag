@@ -1,8 +1,8 @@
 // Peels depths: of each pixel the nearest surface behind the layer before is left. Depths are the bits of
 // floats; above 1 there is no surface.
-// uses: csm_bindings mesh_hole
+// uses: csm_bindings mesh_fragment
 // with: csm_peel.vert
-// sets: CSM_FIRST=1 | CSM_FIRST=0
+// sets: CSM_FIRST=1 GLBK_PLACE | CSM_FIRST=0 GLBK_PLACE
 #ifndef CSM_FIRST
 #define CSM_FIRST 1
 #endif

@@ -1,6 +1,7 @@
 // Draws into a view of a builder. The depth is a varying, so that nothing is cut off in front or behind; two
 // programs compare it exactly, hence invariant.
-// uses: csm_bindings mesh_place
+// uses: csm_bindings mesh_vertex
+// sets: GLBK_PLACE
 invariant gl_Position;
 invariant out float csm_depth;
 

@@ -1,6 +1,6 @@
 // Puts a caster into the tile of a light.
-// uses: envsh_cast mesh_place
-// sets: ENVSH_RGBA=0 | ENVSH_RGBA=1
+// uses: envsh_cast mesh_vertex
+// sets: ENVSH_RGBA=0 GLBK_PLACE | ENVSH_RGBA=1 GLBK_PLACE
 out float envsh_depth;
 
 void main()

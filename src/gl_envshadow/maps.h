@@ -69,7 +69,7 @@ static glbk_result glbk__envsh_create_textures(glbk_context *ctx, glbk_envsh_map
 static glbk_result glbk__envsh_create_programs(glbk_context *ctx, const glbk_envsh_maps_desc *d,
                                                glbk_envsh_maps *m)
 {
-    const char *defines = m->channel_count == 4 ? "ENVSH_RGBA=1" : "ENVSH_RGBA=0";
+    const char *defines = m->channel_count == 4 ? "ENVSH_RGBA=1 GLBK_PLACE" : "ENVSH_RGBA=0 GLBK_PLACE";
     glbk_attributes attributes;
     glbk_result result = glbk__take_attributes(ctx, "glbk_envsh_maps_create", &d->attributes, &attributes);
     if (result == GLBK_OK)

@@ -93,7 +93,7 @@ GLBK__DEF glbk_result glbk__take_attributes(const glbk_context *ctx, const char 
                                             const glbk_attributes *from, glbk_attributes *to);
 
 /* Does what glbk__program_create does, for a program that draws meshes of the user's: its shaders use
-   lib/mesh_vertex.glsl and lib/mesh_fragment.glsl, or lib/mesh_place.glsl and lib/mesh_hole.glsl.
+   lib/mesh_vertex.glsl and lib/mesh_fragment.glsl, with GLBK_PLACE among the defines for depth alone.
    at     from glbk__take_attributes
    more   defines, which may be "" and have up to 96 characters */
 #define GLBK__ATTRIBUTES_ROOM 220

@@ -85,7 +85,7 @@ typedef struct glbk_attributes {
 
 /* GLSL of your own: skinning, morphing, wind, instances, alpha masks. All passes that draw your meshes take
    it: G-buffer, reflective shadow maps, shadow maps of a sky, builders of coherent shadow maps and of shadow
-   fields, self-visibility. The texts are compiled behind the library's shaders, may declare attributes,
+   fields, self-visibility. The texts are compiled before the library's main, may declare attributes,
    uniforms and varyings as they like, and define
 
        void glbk_vertex(out vec3 position, out vec3 normal, out vec2 uv, out vec4 tangent)

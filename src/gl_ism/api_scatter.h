@@ -27,7 +27,7 @@ typedef struct glbk_ism_spread {        /* what glbk_ism_scatter needs; read onl
     glbk_ism_sheet counts;              /* surfels of each VPL; R32UI, whole numbers */
     glbk_target    surfel_target;       /* of a layer of the maps' tables of surfels */
     glbk_buffer    block;               /* the uniform block */
-    glbk_program   see, list, measure, gather, total, weigh, share, run, count, scatter;
+    glbk_program   see, list, measure, gather, weigh, share, run, count, scatter;
 } glbk_ism_spread;
 
 GLBK_DEF glbk_result glbk_ism_spread_create(glbk_context *ctx, const glbk_ism_maps *maps,

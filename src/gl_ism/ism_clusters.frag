@@ -9,14 +9,14 @@ layout(location = 3) out uvec4 mixed;
 
 void main()
 {
-    uint count = glbk_ism_scattering.cluster_count, size = glbk_ism_scattering.cluster_size;
-    uint triangles = glbk_ism_scattering.triangle_count;
+    uint count = ISM_S.cluster_count, size = ISM_S.cluster_size;
+    uint triangles = ISM_S.triangle_count;
     uint c = ism_unfold(ivec2(gl_FragCoord.xy), count).x, end = min((c + 1u) * size, triangles);
     vec2 sums = vec2(0.0);
     vec3 from = vec3(0.0), at = vec3(0.0), nn = vec3(0.0), other = vec3(0.0);
     float square = 0.0;
     for (uint t = c * size; c < count && t < end; t++) {
-        vec2 sizes = uintBitsToFloat(texelFetch(glbk_ism_sizes, ism_fold(t, triangles, 0u), 0).xy);
+        vec2 sizes = ism_folded2(glbk_ism_sizes, t, triangles);
         if (sizes.x > 0.0) {
             ism_corners p = ism_read_corners(t);
             vec3 n = ism_normal2(p) * (0.5 / sizes.x);

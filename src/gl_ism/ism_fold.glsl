@@ -1,6 +1,7 @@
 // ism_fold - sequences of numbers that lie in pictures, the running sums of such sequences, and the cell of a
 // sequence into which a number falls.
 // uses: ism_bindings
+#define ISM_S glbk_ism_scattering      // short, since 39 places name it
 
 // Returns where number i of sequence `row` lies, if sequences have `count` numbers each: 1024 in a row of
 // texels, and sequence below sequence.
@@ -19,6 +20,11 @@ uvec2 ism_unfold(ivec2 at, uint count)
 float ism_folded(usampler2D from, uint i, uint count, uint row)
 {
     return uintBitsToFloat(texelFetch(from, ism_fold(i, count, row), 0).x);
+}
+
+vec2 ism_folded2(usampler2D from, uint i, uint count)
+{
+    return uintBitsToFloat(texelFetch(from, ism_fold(i, count, 0u), 0).xy);
 }
 
 // Returns how many blocks of 32 a number of values has.

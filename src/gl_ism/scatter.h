@@ -73,7 +73,6 @@ static glbk_result glbk__ism_create_spread(glbk_context *ctx, const glbk_ism_map
     }
     if (result == GLBK_OK) result = glbk__program_create(ctx, part, "ism_sizes.frag", NULL, &s->measure);
     if (result == GLBK_OK) result = glbk__program_create(ctx, part, "ism_clusters.frag", NULL, &s->gather);
-    if (result == GLBK_OK) result = glbk__program_create(ctx, part, "ism_total.frag", NULL, &s->total);
     if (result == GLBK_OK && glbk__ism_by_pair(&m->desc))
         result = glbk__program_create(ctx, part, "ism_pairs.frag", defines, &s->weigh);
     if (result == GLBK_OK) result = glbk__program_create(ctx, part, "ism_shares.frag", NULL, &s->share);
@@ -229,19 +228,18 @@ static glbk_result glbk__ism_sum(glbk_context *ctx, glbk_ism_spread *s, glbk_ism
                                  const glbk_texture *values, uint32_t count, int running,
                                  const glbk_ism_sheet *sums, uint32_t levels)
 {
-    glbk_program *program = running ? &s->run : &s->total;
     glbk_result result = GLBK_OK;
     uint32_t k;
     b->value_count = count;
-    b->pace = 1;
+    b->pace = running != 0;
     for (k = 0; k < levels && result == GLBK_OK; k++) {
-        result = glbk__ism_begin_spread(ctx, s, &sums[k].target, program, b);
+        result = glbk__ism_begin_spread(ctx, s, &sums[k].target, &s->run, b);
         if (result != GLBK_OK) return result;
         glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_values, values);
         glbk_draw_screen(ctx);
         values = &sums[k].texture;
         if (k || !running) b->value_count = glbk__ism_blocks(b->value_count);
-        b->pace = 32;
+        if (running) b->pace = 32;
     }
     return result;
 }
@@ -454,20 +452,19 @@ GLBK_DEF glbk_result glbk_ism_scatter(glbk_context *ctx, glbk_ism_spread *s, glb
 
 GLBK_DEF void glbk_ism_spread_free(glbk_context *ctx, glbk_ism_spread *s)
 {
-    glbk_program *programs[10];
+    glbk_program *programs[9];
     uint32_t k;
     if (!s) return;
     programs[0] = &s->see;
     programs[1] = &s->list;
     programs[2] = &s->measure;
     programs[3] = &s->gather;
-    programs[4] = &s->total;
-    programs[5] = &s->weigh;
-    programs[6] = &s->share;
-    programs[7] = &s->run;
-    programs[8] = &s->count;
-    programs[9] = &s->scatter;
-    for (k = 0; k < 10; k++) glbk_program_free(ctx, programs[k]);
+    programs[4] = &s->weigh;
+    programs[5] = &s->share;
+    programs[6] = &s->run;
+    programs[7] = &s->count;
+    programs[8] = &s->scatter;
+    for (k = 0; k < 9; k++) glbk_program_free(ctx, programs[k]);
     glbk__ism_free_view(ctx, s);
     glbk__ism_free_triangles(ctx, s);
     glbk__ism_free_sheets(ctx, &s->counts, 1);

@@ -96,7 +96,7 @@ typedef struct glbk_shader {        /* one stage of a program */
     const char *uses, *defines;     /* as in glbk_source, or NULL */
     const char *name;               /* the file with its main ("prog/copy.frag", which brings its own uses),
                                        or NULL */
-    const char *text;               /* your text, after that file if both are given; or NULL */
+    const char *text;               /* your text, before that file if both are given; or NULL */
     const glbk_part *parts[GLBK_MAX_PARTS];     /* as in glbk_source */
 } glbk_shader;
 

@@ -214,10 +214,15 @@ GLBK_DEF size_t glbk_write_glsl(glbk_dialect dialect, int float_bits, const glbk
         glbk__append_line(&sink, i + 1);
         glbk__append_file(&sink, list.file[i]);
     }
+    /* What a text declares must stand before main: Firefox writes zeros to varyings there. */
+    if (main_file && shader->text) {
+        glbk__append_line(&sink, list.count + 2);
+        glbk__append_text(&sink, shader->text);
+        glbk__append_text(&sink, "\n");
+    }
     glbk__append_line(&sink, list.count + 1);
     if (main_file) glbk__append_file(&sink, main_file);
-    if (main_file && shader->text) glbk__append_line(&sink, list.count + 2);
-    if (shader->text) glbk__append_text(&sink, shader->text);
+    else if (shader->text) glbk__append_text(&sink, shader->text);
     if (bytes) out[sink.used < bytes ? sink.used : bytes - 1] = 0;
     return sink.used + 1;
 }

@@ -36,7 +36,7 @@ GLBK__DEF glbk_offset glbk__offset(const glbk_offset *offset);
 /* Compiles and links a program of the library.
    part     has it; NULL = the base
    other    a second part whose library files it uses, or NULL
-   texts    of a user, after those of the vertex and the fragment shader; NULL, or one of them NULL = none
+   texts    of a user, before the vertex and the fragment shader; NULL, or one of them NULL = none
    name     is that of its last stage: "copy.frag", "csm_query.comp"
    defines  one of its sets, or NULL = none
    Errors   those of glbk_program_compile; GLBK_ERR_NAME where the part has no such file */

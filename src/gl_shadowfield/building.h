@@ -294,7 +294,7 @@ static glbk_result glbk__sfield_see_program(glbk_context *ctx, const glbk_sfield
 {
     static const char function[] = "glbk_sfield_builder_create";
     const uint32_t radiance = d->radiance_attribute && !d->mesh ? d->radiance_attribute : 1;
-    char more[40];
+    char more[60];
     glbk_attributes at;
     glbk__sink sink;
     glbk_result result = glbk__take_attributes(ctx, function, &d->attributes, &at);
@@ -313,7 +313,7 @@ static glbk_result glbk__sfield_see_program(glbk_context *ctx, const glbk_sfield
     sink.bytes = sizeof more;
     sink.used = 0;
     glbk__append_text(&sink, b->source ? "SFIELD_SOURCE=1" : "SFIELD_SOURCE=0");
-    glbk__append_text(&sink, " SFIELD_RADIANCE=");
+    glbk__append_text(&sink, " GLBK_PLACE SFIELD_RADIANCE=");
     glbk__sfield_number(&sink, radiance);
     more[sink.used] = 0;
     return glbk__drawing_program(ctx, glbk_sfield_part(), "sfield_see.frag", &at, more, &b->see);

@@ -105,7 +105,7 @@ GLBK_DEF glbk_result glbk_sfield_self_upload(glbk_context *ctx, glbk_sfield_rend
 /* Compiles the program for meshes as the G-buffer draws them, unless there is one. */
 static glbk_result glbk__sfield_record(glbk_context *ctx, glbk_sfield_renderer *r, const glbk_attributes *at)
 {
-    static const char *const names[4] = { "SFIELD_SELF0=", " SFIELD_SELF1=", " SFIELD_SELF2=",
+    static const char *const names[4] = { "GLBK_PLACE SFIELD_SELF0=", " SFIELD_SELF1=", " SFIELD_SELF2=",
                                           " SFIELD_SELF3=" };
     char defines[96];
     glbk_attributes place;

@@ -1,7 +1,7 @@
 // Writes 1 where anything hides, or the radiance of the nearest triangle, which emits on one side.
-// uses: sfield_bindings mesh_hole
+// uses: sfield_bindings mesh_fragment
 // with: sfield_see.vert
-// sets: SFIELD_SOURCE=0 | SFIELD_SOURCE=1
+// sets: SFIELD_SOURCE=0 GLBK_PLACE | SFIELD_SOURCE=1 GLBK_PLACE
 #if SFIELD_SOURCE
 flat in vec3 sfield_radiance;
 in float sfield_depth;

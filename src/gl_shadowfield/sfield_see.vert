@@ -1,8 +1,8 @@
 // Draws a mesh as seen from the eyes of a column of tiles, one tile an instance. The viewport is the column
 // and clips along x; the near and far planes do so along y, so that no triangle leaves its tile. The
 // radiance stands where glbk_sfield_builder_desc says.
-// uses: sfield_bindings mesh_place
-// sets: SFIELD_SOURCE=0 | SFIELD_SOURCE=1
+// uses: sfield_bindings mesh_vertex
+// sets: SFIELD_SOURCE=0 GLBK_PLACE | SFIELD_SOURCE=1 GLBK_PLACE
 #ifndef SFIELD_RADIANCE
 #define SFIELD_RADIANCE 1
 #endif

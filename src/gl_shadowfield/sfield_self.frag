@@ -1,5 +1,6 @@
 // Writes self-visibility of one object, of at most 4 bands, interpolated between the vertices.
 // with: sfield_self.vert
+// sets: GLBK_PLACE
 in vec4 sfield_self0, sfield_self1, sfield_self2, sfield_self3;
 layout(location = 0) out uvec4 sfield_out_self0;
 layout(location = 1) out uvec4 sfield_out_self1;

@@ -1,6 +1,7 @@
 // Draws self-visibility x cosine of objects that were drawn into the G-buffer, at the same places. Four
 // attributes have four coefficients each.
-// uses: sfield_bindings mesh_place
+// uses: sfield_bindings mesh_vertex
+// sets: GLBK_PLACE
 #ifndef SFIELD_SELF0
 #define SFIELD_SELF0 4
 #define SFIELD_SELF1 5

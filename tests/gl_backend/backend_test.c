@@ -216,11 +216,11 @@ static void written_glsl_is_whole(void **state)
             assert_memory_equal(text, versions[d], strlen(versions[d]));
             assert_non_null(strstr(text, bits ? "#define GLBK_FLOAT_BITS 1\n" : "#define GLBK_FLOAT_BITS 0\n"));
             assert_non_null(strstr(text, "#define FILTER 1\n#define FAST 1\n#define SCALE -2.5\n"));
-            /* the prelude, what was asked for, the program, what came as text */
+            /* the prelude, what was asked for, what came as text, the program */
             prelude = strstr(text, "#line 1001 1\n");
             table = strstr(text, "glbk_table_at");
             assert_true(prelude && table && prelude < table && table < strstr(text, "void main()"));
-            assert_string_equal(text + size - 1 - strlen(mine), mine);
+            assert_true(strstr(text, mine) > table && strstr(text, mine) < strstr(text, "void main()"));
         }
     for (i = 0; i <= size; i += i < 40 || i + 3 > size ? 1 : 37) {      /* cut to any size, and ended there */
         memset(cut, '#', sizeof cut);
