@@ -347,7 +347,7 @@ BROWSER_TESTS := $(foreach t,backend state passes viewport gbuffer gbuffer_far p
   $(foreach t,build twin fast rows shade entity gbuffer fault,csm/gl_$(t)_test) envshadow/gl_twin_test \
   $(foreach t,twin pass rows log,rsm/gl_$(t)_test) $(foreach t,twin scatter rows fault log,ism/gl_$(t)_test) \
   $(foreach t,twin build rows arguments,shadowfield/gl_$(t)_test)
-FIREFOX_TESTS := $(foreach t,backend state viewport gbuffer picture slots fault,gl_backend/$(t)_test) csm/gl_entity_test csm/gl_gbuffer_test \
+FIREFOX_TESTS := $(foreach t,backend attributes state viewport gbuffer picture slots fault,gl_backend/$(t)_test) csm/gl_entity_test csm/gl_gbuffer_test \
   envshadow/gl_twin_test rsm/gl_twin_test ism/gl_twin_test shadowfield/gl_twin_test
 ANGLE_TESTS := $(foreach t,backend gbuffer picture,gl_backend/$(t)_test) csm/gl_entity_test envshadow/gl_twin_test \
   rsm/gl_rows_test ism/gl_twin_test shadowfield/gl_build_test
