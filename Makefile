@@ -113,7 +113,7 @@ objects = $(patsubst %,$(OBJ)/%.o,$(basename $(wildcard $(1)/*.c) $(if $(filter 
 COMMON   := $(if $(wildcard examples/common/*.c),$(OBJ)/common.a)
 BENCH    := $(if $(wildcard bench/*.c),$(BUILD)/bench)
 PROGRAMS := $(foreach p,render compare bake viewer,$(if $(wildcard examples/$(p)/*.c),$(BUILD)/$(p)))
-PROGRAMS += $(BENCH) $(BUILD)/gallery
+PROGRAMS += $(BENCH) $(BUILD)/gallery $(BUILD)/walker.glb
 ifneq ($(HAVE_GLFW),1)
 PROGRAMS := $(filter-out $(BUILD)/viewer,$(PROGRAMS))
 endif
@@ -142,7 +142,7 @@ FUZZERS  := $(patsubst tests/%.c,build/fuzz/%,$(wildcard tests/*/fuzz_*.c))
 .SECONDARY:
 
 all: programs
-programs: $(PROGRAMS) $(EXAMPLES) $(BUILD)/walker.glb
+programs: $(PROGRAMS) $(EXAMPLES)
 tests: $(TESTS) $(REPLAYS)
 
 # ---- programs ----
