@@ -567,13 +567,13 @@ static int shadow_map_build(shadow_map *s, const rd_job *job, const float *eye, 
 }
 
 /* How much nearer than the point, z from the eye on the ray forward + x right + y up, a texel's ray meets the point's
-   plane; no more than three texels' width: where ray and plane are all but parallel, the surface ends before. */
+   plane; no more than twelve texels' width: where ray and plane are all but parallel, the surface ends before. */
 static float plane_step(const shadow_map *s, const float *n, float z, float x, float y, int i, int j)
 {
     float u = (2 * ((float)i + 0.5f) / (float)s->size - 1) * s->half, along = dot(n, s->right);
     float v = (1 - 2 * ((float)j + 0.5f) / (float)s->size) * s->half, upward = dot(n, s->up);
     float step = z * ((u - x) * along + (v - y) * upward) / (dot(n, s->forward) + u * along + v * upward);
-    float most = 6 * s->half / (float)s->size * z;
+    float most = 24 * s->half / (float)s->size * z;
     return step > most ? most : step > -most ? step : step < 0 ? -most : 0;
 }
 
