@@ -1,8 +1,8 @@
 /* browsers.mjs - pages of tests in a browser, driven by puppeteer-core: node browsers.mjs NAME COUNT PAGE.html... NAME says what
    draws: chromium is Chromium by SwiftShader, angle_gl and angle_gles are Chromium by this machine's OpenGL and OpenGL ES, and
-   firefox is Firefox, which takes OpenGL. Runs COUNT browsers side by side, each of which takes the next page when it has shown one. Writes what a page has
-   printed to PAGE.html.dom, the console to PAGE.html.log, and says how long each took. A browser's start takes longer than
-   most tests, so it shows many; if it dies, its page gets a new one, once. */
+   firefox is Firefox, which takes OpenGL. Runs COUNT browsers side by side, each of which takes the next page when it has shown
+   one. Writes what a page has printed to PAGE.html.dom, the console to PAGE.html.log, and says how long each took. A browser's
+   start takes longer than most tests, so it shows many; if it dies, its page gets a new one, once. */
 import puppeteer from 'puppeteer-core';
 import { writeFileSync } from 'node:fs';
 import { resolve } from 'node:path';
