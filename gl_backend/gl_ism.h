@@ -510,7 +510,7 @@ GLBK_DEF glbk_result glbk_ism_scatter(glbk_context *ctx, glbk_ism_spread *spread
             and with VPLs: glbk_ism_choose or glbk_ism_vpls_upload. Without triangles nothing is done
    seen     what the camera sees: the receivers. May be NULL with ISM_SPREAD_AREA
    index    number of the frame
-   Memory   on the GPU: 8 bytes for each triangle, 56 for each of at most 32,768 clusters, 24.3 for each
+   Memory   on the GPU: 8 bytes for each triangle, 56 for each of at most 32,768 clusters, 24.2 for each
             pixel, and 26 MB at most for the shares of a batch of VPLs
    Cost     for each triangle 8 receivers, with ISM_SPREAD_VIEW_1 one; for each VPL, by ISM_SPREAD_PAIR, every
             cluster; for each surfel 16 texels and half the triangles of a cluster
