@@ -88,7 +88,7 @@
      pattern    FLUX is fastest; MIXED has the least error where light near a corner matters
      offset     more: corners have fewer bright dots, and are darker than they should be
      near_limit less: the same, by a bound on each light; the light that is lost is counted
-     near_field more: near texels are surfaces, not points, so that corners have no dots; a tenth to a quarter
+     near_field more: near texels are surfaces, not points, so that corners have no dots; nothing to a third
                 more time
      side       fewer texels: blurred lights, and more dots in corners
 
