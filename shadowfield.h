@@ -335,8 +335,8 @@ typedef struct sfield_points {      /* receivers that belong together, neighbour
                                        glTF's metal-rough BRDF. NULL = not wanted */
     const sfield_field *self;       /* what the points' own object hides, from sfield_build_self; NULL =
                                        nothing */
-    sfield_cache       *cache;      /* of these points alone, from sfield_cache_create; gloss does not use it.
-                                       NULL = nothing is kept */
+    sfield_cache       *cache;      /* of these points alone, from sfield_cache_create. NULL = nothing is
+                                       kept */
     const uint8_t      *in_view;    /* a byte a point; 0: the point is left out, its results are 0. NULL = all
                                        are wanted */
     const float        *to_eye;     /* for gloss, the direction from each point to the eye: unit, three
@@ -697,13 +697,16 @@ SFIELD_DEF sfield_result sfield_cache_create(const sfield_scene *scene, size_t p
    the point lies on moves. A light that moves keeps its T as long as it passes no occluder. Points get the
    results of the frame before, at the cost of a copy, if only occluders out of their reach moved since. The
    cache notices all that by itself, and another scene, `entity` or `self` of the set.
+   With gloss the T of all kernels is kept, until to_eye, exponents or materials change: what stands before a
+   moving eye is computed anew. Give what is diffuse a set of its own if the eye moves and little else does.
    It does not notice positions and normals that you rewrite (a mesh that deforms, another level of detail):
    then free the cache and create another.
    point_count   of the set, 1..2^31 - 1
    light_count   1..65536 lights of the scene, of which the environment is one. Lights beyond keep nothing
    Memory   from the scene's allocator: with harmonics 4 bands^2 + 9 bytes for each point and light, and 19
             for each point; with wavelets, of which the 256 largest are kept, 1,036 bytes for each point and
-            light, and 76 for each point
+            light, and 76 for each point. The first sfield_shade with exponents (materials) takes twice (three
+            times) as much instead, and 24 bytes more for each point
    Errors   SFIELD_ERR_ARGUMENT (scene, which leaves no log, or out is NULL; a count is out of range),
             SFIELD_ERR_ALLOC (also if the bytes overflow a size_t) */
 
@@ -5436,18 +5439,20 @@ struct sfield_cache {
     sfield__allocator allocator;
     size_t    points, bytes;
     uint32_t  lights, coefs, cells; /* cells 0: harmonics */
-    uint64_t *hash;                 /* harmonics: tiles x lights; wavelets: points x lights; 0 = nothing
-                                       kept */
+    uint32_t  chains;               /* room for so many T of a point and light: 1, with gloss 2 or 3 */
+    uint64_t *hash;                 /* harmonics: tiles x lights; wavelets: points x lights x chains; 0 =
+                                       nothing kept. What follows lies in the memory that begins here */
     int16_t  *value;
     uint16_t *index;                /* wavelets: of each value */
     float    *scale;
-    uint64_t *lit;                  /* wavelets: hash and sky that sky is of, 3 floats a point; harmonics:
-                                       what the marks of a tile are of */
+    uint64_t *lit;                  /* wavelets: hash and sky that sky is of, 3 floats a point and chain;
+                                       harmonics: what the marks of a tile are of */
     float    *sky;
     uint8_t  *marks;                /* harmonics: of each tile, how many T are kept of those that all lights
                                        have in common */
     sfield__last *last;             /* of each tile (harmonics) or point */
-    float    *result;               /* of the last frame: r, g, b, ambient of each point */
+    float    *result;               /* of the last frame: r, g, b, ambient of each point, and with room for
+                                       gloss three of that and three of grazing */
 };
 
 /* ==== src/shadowfield/wavelets_strands.h ==== */
@@ -9075,14 +9080,49 @@ SFIELD_DEF sfield_result sfield_scene_sky(const sfield_scene *s, float *coefs)
 
 /* ---- shading: lazy occlusion updating ---- */
 
+/* Returns how many floats a cache keeps of the results of a point. */
+static uint32_t sfield__results_of(const sfield_cache *c) { return c->chains > 1 ? 10 : 4; }
+
+/* Makes room for so many T of each point and light, and forgets all that was kept. Without memory the cache
+   stays as it was. */
+static sfield_result sfield__lay_cache(sfield_cache *c, uint32_t chains)
+{
+    const size_t own = c->cells ? c->points : (c->points + 15) / 16, skies = c->cells ? own * chains : 0;
+    sfield_cache n = *c;
+    size_t units, hashes, lanes, values, bytes;
+    uint8_t *at;
+    if (!sfield__mul_size(own, (size_t)c->lights * chains, &units) || units > SIZE_MAX / 16384)
+        return SFIELD_ERR_ALLOC;
+    n.chains = chains;
+    hashes = c->cells ? units : units / chains;
+    lanes = units * (c->cells ? 1 : 32);            /* marks as many as lights */
+    values = lanes * (c->cells ? (uint32_t)SFIELD__CACHED : c->coefs);
+    bytes = (hashes + (c->cells ? skies : own)) * sizeof *n.hash + own * sizeof *n.last +
+            sfield__results_of(&n) * c->points * sizeof *n.result + lanes * sizeof *n.scale +
+            (c->cells ? 4 * values + 3 * skies * sizeof *n.sky : 2 * values + own);
+    at = (uint8_t *)sfield__alloc(&c->allocator, bytes);
+    if (!at) return SFIELD_ERR_ALLOC;
+    n.bytes = sizeof n + bytes;
+    n.hash = (uint64_t *)(void *)at;
+    n.lit = n.hash + hashes;
+    n.last = (sfield__last *)(void *)(n.lit + (c->cells ? skies : own));
+    n.result = (float *)(void *)(n.last + own);
+    n.scale = n.result + sfield__results_of(&n) * c->points;
+    n.sky = n.scale + lanes;
+    n.value = (int16_t *)(void *)(n.sky + 3 * skies);
+    n.index = c->cells ? (uint16_t *)(n.value + values) : NULL;
+    n.marks = (uint8_t *)(n.value + values);
+    memset(n.hash, 0, (size_t)((uint8_t *)n.result - at));
+    sfield__free(&c->allocator, c->hash);
+    *c = n;
+    return SFIELD_OK;
+}
+
 SFIELD_DEF sfield_result sfield_cache_create(const sfield_scene *s, size_t point_count, uint32_t light_count,
                                              sfield_cache **out)
 {
     sfield__logger log;
     sfield_cache *c;
-    size_t own, units, lanes;
-    size_t values, bytes;
-    uint8_t *at;
     if (!s) return SFIELD_ERR_ARGUMENT;
     log = sfield__logger_of(&s->desc.system, "sfield_cache_create");
     if (!out) return sfield__fail(&log, SFIELD_ERR_ARGUMENT, "out", "is NULL");
@@ -9091,33 +9131,18 @@ SFIELD_DEF sfield_result sfield_cache_create(const sfield_scene *s, size_t point
         !sfield__check_value(&log, light_count && light_count <= 65536, "light_count", light_count,
                              "1..65536"))
         return SFIELD_ERR_ARGUMENT;
-    own = s->algebra ? (point_count + 15) / 16 : point_count;
-    if (!sfield__mul_size(own, light_count, &units) || units > SIZE_MAX / 16384) return SFIELD_ERR_ALLOC;
-    lanes = units * (s->algebra ? 32 : 1);          /* marks as many as lights */
-    values = lanes * (s->algebra ? s->coefs : (uint32_t)SFIELD__CACHED);
-    bytes = sizeof *c + (units + own) * sizeof *c->hash + own * sizeof *c->last +
-            4 * point_count * sizeof *c->result + lanes * sizeof *c->scale +
-            (s->algebra ? 2 * values + own : 4 * values + 3 * own * sizeof *c->sky);
-    at = (uint8_t *)sfield__alloc(&s->allocator, bytes);
-    if (!at) return SFIELD_ERR_ALLOC;
-    c = (sfield_cache *)(void *)at;
+    c = (sfield_cache *)sfield__alloc(&s->allocator, sizeof *c);
+    if (!c) return SFIELD_ERR_ALLOC;
     memset(c, 0, sizeof *c);
     c->allocator = s->allocator;
     c->points = point_count;
-    c->bytes = bytes;
     c->lights = light_count;
     c->coefs = s->coefs;
     c->cells = s->algebra ? 0 : s->cells;
-    c->hash = (uint64_t *)(void *)(at + sizeof *c);
-    c->lit = c->hash + units;
-    c->last = (sfield__last *)(void *)(c->lit + own);
-    c->result = (float *)(void *)(c->last + own);
-    c->scale = c->result + 4 * point_count;
-    c->sky = c->scale + lanes;
-    c->value = (int16_t *)(void *)(c->sky + (s->algebra ? 0 : 3 * own));
-    c->index = s->algebra ? NULL : (uint16_t *)(c->value + values);
-    c->marks = (uint8_t *)(c->value + values);
-    memset(c->hash, 0, (size_t)((uint8_t *)c->result - (uint8_t *)c->hash));
+    if (sfield__lay_cache(c, 1) != SFIELD_OK) {
+        sfield_cache_free(c);
+        return SFIELD_ERR_ALLOC;
+    }
     *out = c;
     return SFIELD_OK;
 }
@@ -9127,6 +9152,7 @@ SFIELD_DEF void sfield_cache_free(sfield_cache *cache)
     sfield__allocator a;
     if (!cache) return;
     a = cache->allocator;
+    sfield__free(&a, cache->hash);
     sfield__free(&a, cache);
 }
 
@@ -9136,8 +9162,8 @@ SFIELD_DEF size_t sfield_cache_bytes(const sfield_cache *cache) { return cache ?
    floats. */
 #define SFIELD__LEAST_T 1e-30f
 
-/* Hashes all that T of a set depends on besides the occluders before each light: how the scene computes, and
-   where the points are. Points that lie on an entity move with it. The number of occluders decides where T is
+/* Hashes all that T of a set depends on besides the occluders before each light and, with gloss, the BRDFs:
+   how the scene computes, and where the points are. Points that lie on an entity move with it. The number of occluders decides where T is
    rounded between lights (sfield__chain_products). */
 static uint64_t sfield__hash_set(const sfield_scene *s, const sfield_points *set)
 {
@@ -9161,28 +9187,40 @@ static int16_t sfield__to_int16(float q)
 /* Returns the scale of values whose largest is `most`: 0 if that is beyond floats. */
 static float sfield__scale_of(float most) { return sfield__finite(most) ? most / 32767 : 0; }
 
-static void sfield__keep_tile(sfield_cache *c, size_t slot, const float *t)
+/* Keeps all T of a tile in a slot. */
+static void sfield__keep_tile(sfield_cache *c, size_t slot, const float *t, uint32_t chains)
 {
+    float *scale = c->scale + slot * c->chains * SFIELD__LANES;
+    int16_t *value = c->value + slot * c->chains * c->coefs * SFIELD__LANES;
     uint32_t k, l;
-    int16_t *value = c->value + slot * c->coefs * SFIELD__LANES;
-    for (l = 0; l < SFIELD__LANES; l++) {
-        float most = 0, inverse;
-        for (k = 0; k < c->coefs; k++) {
-            float x = fabsf(t[k * SFIELD__LANES + l]);
-            most = x > most ? x : most;
+    for (; chains > 0; chains--) {
+        for (l = 0; l < SFIELD__LANES; l++) {
+            float most = 0, inverse;
+            for (k = 0; k < c->coefs; k++) {
+                float x = fabsf(t[k * SFIELD__LANES + l]);
+                most = x > most ? x : most;
+            }
+            scale[l] = sfield__scale_of(most);
+            inverse = most > SFIELD__LEAST_T ? 32767 / most : 0;
+            for (k = 0; k < c->coefs; k++)
+                value[k * SFIELD__LANES + l] = sfield__to_int16(t[k * SFIELD__LANES + l] * inverse);
         }
-        c->scale[slot * SFIELD__LANES + l] = sfield__scale_of(most);
-        inverse = most > SFIELD__LEAST_T ? 32767 / most : 0;
-        for (k = 0; k < c->coefs; k++)
-            value[k * SFIELD__LANES + l] = sfield__to_int16(t[k * SFIELD__LANES + l] * inverse);
+        scale += SFIELD__LANES;
+        value += c->coefs * SFIELD__LANES;
+        t += c->coefs * SFIELD__LANES;
     }
 }
 
-static void sfield__recall_tile(const sfield_cache *c, size_t slot, float *t, int simd)
+static void sfield__recall_tile(const sfield_cache *c, size_t slot, float *t, uint32_t chains, int simd)
 {
-    const int16_t *value = c->value + slot * c->coefs * SFIELD__LANES;
-    const float *scale = c->scale + slot * SFIELD__LANES;
-    sfield__recall16(value, scale, c->coefs, t, simd);
+    const int16_t *value = c->value + slot * c->chains * c->coefs * SFIELD__LANES;
+    const float *scale = c->scale + slot * c->chains * SFIELD__LANES;
+    for (; chains > 0; chains--) {
+        sfield__recall16(value, scale, c->coefs, t, simd);
+        scale += SFIELD__LANES;
+        value += c->coefs * SFIELD__LANES;
+        t += c->coefs * SFIELD__LANES;
+    }
 }
 
 /* Returns the slot of T after `number` of the steps that all lights share. These slots come after those of
@@ -9194,7 +9232,14 @@ static size_t sfield__mark_slot(const sfield_cache *c, size_t tile, uint32_t num
 
 /* ---- results of the last frame ---- */
 
-enum { SFIELD__HAS_RGB = 1, SFIELD__HAS_AMBIENT = 2 };
+enum { SFIELD__HAS_RGB = 1, SFIELD__HAS_AMBIENT = 2, SFIELD__HAS_GLOSS = 4, SFIELD__HAS_GRAZING = 8 };
+
+/* Returns the results that a set asks for, as bits. */
+static int sfield__wanted_of(const sfield_points *set)
+{
+    return (set->rgb ? SFIELD__HAS_RGB : 0) | (set->ambient ? SFIELD__HAS_AMBIENT : 0) |
+           (set->gloss ? SFIELD__HAS_GLOSS : 0) | (set->gloss && set->grazing ? SFIELD__HAS_GRAZING : 0);
+}
 
 /* Returns the bits of the points that are in view, as the caller says. */
 static uint32_t sfield__bits_in_view(const sfield_points *set, size_t first, uint32_t count)
@@ -9221,8 +9266,8 @@ static int sfield__is_untouched(const sfield_scene *s, const sfield_points *set,
 {
     sfield__last *last = &set->cache->last[unit];
     uint32_t i;
-    const int has = (set->rgb ? SFIELD__HAS_RGB : 0) | (set->ambient ? SFIELD__HAS_AMBIENT : 0);
-    if (!last->seen || ((in_view ^ last->in_view) & last->active) || (has & ~last->has)) return 0;
+    if (!last->seen || ((in_view ^ last->in_view) & last->active) || (sfield__wanted_of(set) & ~last->has))
+        return 0;
     if (last->seen == sfield__hash(set_hash, s->now_hash)) return 1;
     if (!s->before_hash || last->seen != sfield__hash(set_hash, s->before_hash)) return 0;
     for (i = 0; i < s->moved_count; i++) {
@@ -9238,13 +9283,18 @@ static int sfield__is_untouched(const sfield_scene *s, const sfield_points *set,
 static uint32_t sfield__repeat_results(const sfield_points *set, size_t unit, size_t first, uint32_t count,
                                        uint32_t in_view)
 {
-    const float *result = set->cache->result + 4 * first;
+    const uint32_t results = sfield__results_of(set->cache);
+    const float *result = set->cache->result + results * first;
     uint32_t l, k;
     in_view &= set->cache->last[unit].active;
-    for (l = 0; l < count; l++, result += 4) {
-        const int here = in_view >> l & 1;
-        for (k = 0; k < 3 && set->rgb; k++) set->rgb[3 * (first + l) + k] = here ? result[k] : 0.0f;
+    for (l = 0; l < count; l++, result += results) {
+        const int here = in_view >> l & 1, glossy = here && results > 4;
+        const size_t at = 3 * (first + l);
+        for (k = 0; k < 3 && set->rgb; k++) set->rgb[at + k] = here ? result[k] : 0.0f;
         if (set->ambient) set->ambient[first + l] = here ? result[3] : 0.0f;
+        for (k = 0; k < 3 && set->gloss; k++) set->gloss[at + k] = glossy ? result[4 + k] : 0.0f;
+        for (k = 0; k < 3 && set->gloss && set->grazing; k++)
+            set->grazing[at + k] = glossy ? result[7 + k] : 0.0f;
     }
     return sfield__popcount(in_view);
 }
@@ -9253,14 +9303,20 @@ static uint32_t sfield__repeat_results(const sfield_points *set, size_t unit, si
 static void sfield__keep_results(const sfield_points *set, size_t unit, size_t first, uint32_t count,
                                  const sfield__last *now)
 {
+    const uint32_t results = sfield__results_of(set->cache);
     sfield__last *last = &set->cache->last[unit];
-    float *result = set->cache->result + 4 * first;
+    float *result = set->cache->result + results * first;
     uint32_t l, k;
     *last = *now;
-    last->has = (set->rgb ? SFIELD__HAS_RGB : 0) | (set->ambient ? SFIELD__HAS_AMBIENT : 0);
-    for (l = 0; l < count; l++, result += 4) {
-        for (k = 0; k < 3; k++) result[k] = set->rgb ? set->rgb[3 * (first + l) + k] : 0.0f;
+    last->has = sfield__wanted_of(set);
+    for (l = 0; l < count; l++, result += results) {
+        const size_t at = 3 * (first + l);
+        for (k = 0; k < 3; k++) result[k] = set->rgb ? set->rgb[at + k] : 0.0f;
         result[3] = set->ambient ? set->ambient[first + l] : 0.0f;
+        for (k = 0; k < 3 && results > 4; k++) {
+            result[4 + k] = set->gloss ? set->gloss[at + k] : 0.0f;
+            result[7 + k] = set->gloss && set->grazing ? set->grazing[at + k] : 0.0f;
+        }
     }
 }
 
@@ -9294,7 +9350,7 @@ typedef struct sfield__tile {
     int       chains;                           /* how many T a point has: 1, with gloss 2 or 3 */
     int       all_round;                        /* not 0: occluders below the horizon count too */
     uint16_t *mask;                             /* [light][occluder in order]: lanes for which it is nearer */
-    uint64_t  set_hash;                         /* sfield__hash_set */
+    uint64_t  set_hash;                         /* sfield__hash_set, and sfield__hash_brdfs */
     uint64_t *hash, occluders_hash;             /* with a cache: what T of each light depends on, and T behind
                                                    all occluders */
     uint8_t  *needed;                           /* of each light: not 0 if its T has to be computed */
@@ -10231,6 +10287,23 @@ static void sfield__fill_lobe(const sfield__tile *t, float *out)
     }
 }
 
+/* Adds to a hash what T of some points depends on by their BRDFs: where their eyes are, and their exponents or
+   materials. */
+static SFIELD__COLD uint64_t sfield__hash_brdfs(uint64_t h, const sfield_points *set, size_t first,
+                                                uint32_t count)
+{
+    const size_t words = set->materials ? 5 : 1, stride = set->materials ? set->material_stride
+                                                                         : set->exponent_stride;
+    const float *of = set->materials ? set->materials : set->exponents;
+    uint32_t l;
+    h = sfield__hash(h, words);
+    for (l = 0; l < count; l++) {
+        h = sfield__hash_bytes(h, sfield__row(set->to_eye, set->to_eye_stride, first + l), 3);
+        if (l == 0 || stride) h = sfield__hash_bytes(h, sfield__value_of(of, stride, first + l), words);
+    }
+    return h;
+}
+
 /* Computes T with a BRDF: of the lobe beside that of rgb, or of all kernels. */
 static void sfield__start_gloss(sfield__tile *t)
 {
@@ -10319,8 +10392,8 @@ static SFIELD__COLD sfield_result sfield__check_gloss(const sfield__logger *log,
 static void sfield__chain_products(sfield__tile *t, sfield_cache *cache)
 {
     const sfield_scene *s = t->s;
-    const size_t size = (size_t)t->chains * s->coefs * SFIELD__LANES, tile = t->first / SFIELD__LANES;
-    const uint32_t n = t->count, slots = t->lights + (uint32_t)t->sky;
+    const uint32_t n = t->count, slots = t->lights + (uint32_t)t->sky, chains = (uint32_t)t->chains;
+    const size_t size = chains * (size_t)s->coefs * SFIELD__LANES, tile = t->first / SFIELD__LANES;
     uint32_t step = n + 1, from = 0, last = 0, least = n;
     uint32_t i, j, a, b;
     float *now = t->start;
@@ -10336,11 +10409,11 @@ static void sfield__chain_products(sfield__tile *t, sfield_cache *cache)
         if (cache->lit[tile] != t->occluders_hash) cache->marks[tile] = 0;
         cache->lit[tile] = t->occluders_hash;
         from = least / step < cache->marks[tile] ? least / step : cache->marks[tile];
-        if (from) sfield__recall_tile(cache, sfield__mark_slot(cache, tile, from), now, s->simd);
+        if (from) sfield__recall_tile(cache, sfield__mark_slot(cache, tile, from), now, chains, s->simd);
         from *= step;
     }
 #else
-    (void)cache, (void)tile, (void)step, (void)least;
+    (void)cache, (void)tile, (void)step, (void)least, (void)chains;
 #endif
     if (!from) sfield__start_tile(t);
     for (i = from; i < last; i++) sfield__fetch_occluder(t, t->order[i]);
@@ -10349,8 +10422,8 @@ static void sfield__chain_products(sfield__tile *t, sfield_cache *cache)
         /* T is rounded even if nothing starts here, so that a later start from here is the same. */
         if (i > from && i % step == 0) {
             const size_t slot = sfield__mark_slot(cache, tile, i / step);
-            sfield__keep_tile(cache, slot, now);
-            sfield__recall_tile(cache, slot, now, s->simd);
+            sfield__keep_tile(cache, slot, now, chains);
+            sfield__recall_tile(cache, slot, now, chains, s->simd);
             if (cache->marks[tile] < i / step) cache->marks[tile] = (uint8_t)(i / step);
         }
 #endif
@@ -10430,8 +10503,9 @@ static void sfield__keep_tile_results(const sfield__tile *t, uint32_t in_view)
    through. */
 static void sfield__fetch_kept(const sfield__tile *t, const sfield_cache *cache)
 {
-    const char *kept = (const char *)(cache->value + t->first * cache->lights * t->s->coefs);
-    const size_t bytes = 2 * SFIELD__LANES * (size_t)cache->lights * t->s->coefs;
+    const size_t values = (size_t)cache->lights * cache->chains * t->s->coefs;
+    const char *kept = (const char *)(cache->value + t->first * values);
+    const size_t bytes = 2 * SFIELD__LANES * values;
     size_t i;
     for (i = 0; i < bytes && i < 8192; i += 64) SFIELD__PREFETCH(kept + i);
 }
@@ -10440,16 +10514,17 @@ static void sfield__fetch_kept(const sfield__tile *t, const sfield_cache *cache)
    so that they are rounded like those that were kept. */
 static void sfield__exchange_kept(sfield__tile *t, sfield_cache *cache, uint32_t slots)
 {
-    const size_t size = (size_t)t->s->coefs * SFIELD__LANES;
+    const uint32_t chains = (uint32_t)t->chains;
+    const size_t size = chains * (size_t)t->s->coefs * SFIELD__LANES;
     uint32_t j;
     for (j = 0; j < slots && j < cache->lights; j++) {
         const size_t slot = t->first / SFIELD__LANES * cache->lights + j;
         if (sfield__is_own(t, j)) continue;
         if (t->needed[j]) {
-            sfield__keep_tile(cache, slot, t->t + j * size);
+            sfield__keep_tile(cache, slot, t->t + j * size, chains);
             cache->hash[slot] = t->hash[j];
         }
-        sfield__recall_tile(cache, slot, t->t + j * size, t->s->simd);
+        sfield__recall_tile(cache, slot, t->t + j * size, chains, t->s->simd);
     }
 }
 #endif
@@ -10475,7 +10550,7 @@ static void sfield__shade_tile(sfield__tile *t)
     const sfield_scene *s = t->s;
     const uint32_t slots = t->lights + (uint32_t)t->sky;
     const size_t size = (size_t)t->chains * s->coefs * SFIELD__LANES;
-    sfield_cache *cache = t->chains == 1 ? t->set->cache : NULL;
+    sfield_cache *cache = t->set->cache;
 #ifndef SFIELD_WITHOUT_CACHE
     const uint32_t in_view = cache ? sfield__bits_in_view(t->set, t->first, t->lanes) : 0;
     if (cache && sfield__repeat_tile(t, in_view)) return;
@@ -10615,7 +10690,8 @@ typedef struct sfield__point {
     float       *kernels;                       /* with gloss: 3 x 6 N^2, BRDFs on texels */
     const float *kernel;                        /* the one that T begins with; NULL: the cosine */
 #endif
-    uint64_t     set_hash;                       /* sfield__hash_set */
+    uint64_t     all_hash, set_hash;             /* sfield__hash_set; and sfield__hash_brdfs of a point */
+    uint32_t     chain, chains;                  /* T of the moment, of so many */
     sfield_scene_stats stats;
 } sfield__point;
 
@@ -10900,9 +10976,10 @@ static void sfield__light_from_cache(sfield__point *p, const sfield_cache *c, si
     const uint32_t cells = p->s->cells;
     uint32_t i, k;
     if (!it) {
+        const size_t own = slot / c->chains / c->lights * c->chains + p->chain;
         const uint64_t now = sfield__hash(c->hash[slot], p->s->sky_hash) | 1;
-        uint64_t *lit = &c->lit[slot / c->lights];
-        float *rgb = c->sky + 3 * (slot / c->lights);
+        uint64_t *lit = &c->lit[own];
+        float *rgb = c->sky + 3 * own;
         for (k = 0; k < 3 && *lit != now; k++) {
             const float *sky = p->s->sky_now + (3 + k) * cells;
             rgb[k] = 0;
@@ -10940,6 +11017,13 @@ static void sfield__add_sky(sfield__point *p)
 /* Returns whether a cache keeps T for a light. */
 static int sfield__keeps_light(const sfield_cache *c, uint32_t slot) { return c && slot < c->lights; }
 
+/* Returns where a cache keeps the T of the moment for a light of point `index`. */
+static size_t sfield__slot_of(const sfield__point *p, size_t index, uint32_t light)
+{
+    const sfield_cache *c = p->set->cache;
+    return (index * c->lights + light) * c->chains + p->chain;
+}
+
 /* Goes through the first rays of figure 5 on texels (or on coefficients). Lights that a cache keeps T for are
    not added here, but later from what was kept; only those whose T is out of date are kept anew. */
 static void sfield__walk_rays(sfield__point *p, size_t index, const float *x, const float *n, uint32_t count,
@@ -10970,14 +11054,14 @@ static void sfield__walk_rays(sfield__point *p, size_t index, const float *x, co
             fresh = 0;
             continue;
         }
-        kept = sfield__keeps_light(cache, slot) ? &cache->hash[index * cache->lights + slot] : NULL;
+        kept = sfield__keeps_light(cache, slot) ? &cache->hash[sfield__slot_of(p, index, slot)] : NULL;
         if (kept && *kept == hash[slot]) continue;
         if (!fresh && !sparse && (kept || (it && !it->map))) {
             sfield__haar_cube(s->side, p->t, p->haar, s->simd);
             fresh = 1;
         }
         if (kept) {
-            sfield__keep_wavelets(p, cache, index * cache->lights + slot);
+            sfield__keep_wavelets(p, cache, sfield__slot_of(p, index, slot));
             *kept = hash[slot];
         } else if (it) sfield__add_light(p, it, x, p->haar);
         else if (s->has_sky || s->has_sun) sfield__add_sky(p);
@@ -11009,7 +11093,7 @@ static uint32_t sfield__find_stale(sfield__point *p, size_t index, uint32_t coun
         }
         if (i == count && !sky && !p->set->ambient) continue;
         hash[slot] = before | 1;
-        if (sfield__keeps_light(cache, slot) && cache->hash[index * cache->lights + slot] == hash[slot])
+        if (sfield__keeps_light(cache, slot) && cache->hash[sfield__slot_of(p, index, slot)] == hash[slot])
             p->stats.reused += i < count || sky;
         else
             until = i + 1;
@@ -11028,25 +11112,32 @@ static float sfield__ambient_from_cache(const sfield_scene *s, const sfield_cach
     return sum;
 }
 
-/* Shades a point that can be shaded: writes p->rgb, and *ambient if the caller asks for it. */
-static void sfield__light_point(sfield__point *p, size_t index, const float *x, const float *n,
-                                uint64_t *hash, float *ambient)
+/* Computes light by the T of the moment, once rays and what is stale are known: writes p->rgb, and *ambient if
+   the caller asks for it. */
+static void sfield__light_chain(sfield__point *p, size_t index, const float *x, const float *n,
+                                uint32_t count, uint32_t until, const uint64_t *hash, float *ambient)
 {
     const sfield_scene *s = p->s;
     sfield_cache *cache = p->set->cache;
     const int kept = sfield__keeps_light(cache, s->light_count);
-    const uint32_t count = sfield__find_rays(p, x, n), until = sfield__find_stale(p, index, count, hash);
     uint32_t j;
-    if (until)
-        sfield__walk_rays(p, index, x, n, count, hash, until, p->set->ambient && !kept ? ambient : NULL);
+    if (until) sfield__walk_rays(p, index, x, n, count, hash, until, kept ? NULL : ambient);
     for (j = 0; cache && j <= s->light_count && j < cache->lights; j++)
         if (!hash[j]) continue;                 /* the own entity's */
         else if (j < s->light_count)
-            sfield__light_from_cache(p, cache, index * cache->lights + j, &s->item[s->light[j]], x);
+            sfield__light_from_cache(p, cache, sfield__slot_of(p, index, j), &s->item[s->light[j]], x);
         else if (s->has_sky || s->has_sun)
-            sfield__light_from_cache(p, cache, index * cache->lights + j, NULL, x);
-    if (p->set->ambient && kept)
-        *ambient = sfield__ambient_from_cache(s, cache, index * cache->lights + s->light_count);
+            sfield__light_from_cache(p, cache, sfield__slot_of(p, index, j), NULL, x);
+    if (ambient && kept)
+        *ambient = sfield__ambient_from_cache(s, cache, sfield__slot_of(p, index, s->light_count));
+}
+
+/* Shades a point that can be shaded: writes p->rgb, and *ambient if the caller asks for it. */
+static void sfield__light_point(sfield__point *p, size_t index, const float *x, const float *n,
+                                uint64_t *hash, float *ambient)
+{
+    const uint32_t count = sfield__find_rays(p, x, n), until = sfield__find_stale(p, index, count, hash);
+    sfield__light_chain(p, index, x, n, count, until, hash, ambient);
 }
 
 #ifndef SFIELD_WITHOUT_GLOSS
@@ -11062,6 +11153,9 @@ static void sfield__shade_point(sfield__point *p, size_t index, uint64_t *hash)
     sfield__tile one;                           /* a tile of one lane, since tiles load points */
     float x[3], n[3], ambient = 0, rgb[3] = { 0, 0, 0 };
     uint32_t k, in_view = sfield__bits_in_view(set, index, 1);
+#ifndef SFIELD_WITHOUT_GLOSS
+    if (p->chains > 1 && set->cache) p->set_hash = sfield__hash_brdfs(p->all_hash, set, index, 1);
+#endif
     if (set->cache && sfield__is_untouched(s, set, p->set_hash, index, in_view)) {
         const uint32_t points = sfield__repeat_results(set, index, index, 1, in_view);
         p->stats.points += points;
@@ -11075,7 +11169,7 @@ static void sfield__shade_point(sfield__point *p, size_t index, uint64_t *hash)
     one.first = index;
     one.lanes = 1;
 #ifndef SFIELD_WITHOUT_GLOSS
-    one.chains = sfield__count_chains(set);
+    one.chains = (int)p->chains;
 #endif
     sfield__load_lanes(&one);
     for (k = 0; k < 3; k++) {
@@ -11090,7 +11184,7 @@ static void sfield__shade_point(sfield__point *p, size_t index, uint64_t *hash)
         if (one.chains > 1) sfield__light_gloss(p, &one, hash, set->ambient ? &ambient : NULL);
         else
 #endif
-            sfield__light_point(p, index, x, n, hash, &ambient);
+            sfield__light_point(p, index, x, n, hash, set->ambient ? &ambient : NULL);
     }
     p->rgb = NULL;
     for (k = 0; k < 3 && set->rgb; k++) set->rgb[3 * index + k] = rgb[k] * 0.318309886f;
@@ -11471,13 +11565,13 @@ static SFIELD__COLD void sfield__light_gloss(sfield__point *p, const sfield__til
     const sfield_scene *s = p->s;
     const sfield_points *set = p->set;
     const size_t index = one->first;
-    const int chains = one->chains;
+    const uint32_t chains = p->chains;
     float x[3], n[3], view[3], sum[3][3] = { { 0 } };
     float *rgb = p->rgb, *gloss = set->gloss + 3 * index;
     sfield_scene_stats stats;
     sfield__lobe b;
     uint32_t count, until;
-    int c;
+    uint32_t c;
     for (c = 0; c < 3; c++) {
         x[c] = one->p[16 * c];
         n[c] = one->n[16 * c];
@@ -11485,28 +11579,32 @@ static SFIELD__COLD void sfield__light_gloss(sfield__point *p, const sfield__til
     }
     count = sfield__find_rays(p, x, n);
     until = sfield__find_stale(p, index, count, hash);
-    sfield__read_lobe(set, index, n, view, &b);
-    sfield__fill_texels(s, &b, p->kernels);
-    if (b.narrow) sfield__scatter_lobe(s, &b, p->kernels);
-    memset(&stats, 0, sizeof stats);
+    if (until) {
+        sfield__read_lobe(set, index, n, view, &b);
+        sfield__fill_texels(s, &b, p->kernels);
+        if (b.narrow) sfield__scatter_lobe(s, &b, p->kernels);
+    }
+    stats = p->stats;
     for (c = 0; c < chains; c++) {
         p->kernel = chains == 2 && c == 0 ? NULL : p->kernels + (size_t)c * s->cells;
+        p->chain = c;
         p->rgb = sum[c];
-        if (until) sfield__walk_rays(p, index, x, n, count, hash, until, c == 0 ? ambient : NULL);
+        sfield__light_chain(p, index, x, n, count, until, hash, c == 0 ? ambient : NULL);
         if (c == 0) stats = p->stats;
     }
     p->stats = stats;                           /* entities count once */
     p->kernel = NULL;
+    p->chain = 0;
     for (c = 0; c < 3; c++) {
         if (chains == 2) {
             rgb[c] = sum[0][c];
             gloss[c] = sum[1][c];
         } else {
             const float f0 =
-                sfield__facing_of(sfield__value_of(set->materials, set->material_stride, index), (uint32_t)c);
+                sfield__facing_of(sfield__value_of(set->materials, set->material_stride, index), c);
             rgb[c] = sum[0][c] * (1 - f0) * 3.14159265f;        /* the caller divides by pi */
             gloss[c] = f0 * sum[1][c] + sum[2][c];
-            if (set->grazing) set->grazing[3 * index + (size_t)c] = sum[2][c];
+            if (set->grazing) set->grazing[3 * index + c] = sum[2][c];
         }
     }
 }
@@ -11527,20 +11625,19 @@ static void sfield__shade_set_haar(const sfield__job *job, const sfield_points *
     sfield__point p;
     sfield__bundle b;
     size_t i, k;
-#ifndef SFIELD_WITHOUT_GLOSS
-    sfield_points plain = *set;
-    if (sfield__count_chains(set) > 1) {        /* each point by itself, and nothing is kept */
-        bundles = 0;
-        kernels = SFIELD__KERNELS;
-        plain.cache = NULL;
-        set = &plain;
-    }
-#endif
     memset(&p, 0, sizeof p);
     memset(&b, 0, sizeof b);
+    p.chains = 1;
+#ifndef SFIELD_WITHOUT_GLOSS
+    p.chains = (uint32_t)sfield__count_chains(set);
+    if (p.chains > 1) {                         /* each point by itself */
+        bundles = 0;
+        kernels = SFIELD__KERNELS;
+    }
+#endif
     p.s = b.s = s;
     p.set = set;
-    p.set_hash = sfield__hash_set(s, set);
+    p.all_hash = p.set_hash = sfield__hash_set(s, set);
     p.stats = *stats;
     memory += ((size_t)s->light_count + 8) / 8 * 64;
     memory += sfield__carve_point(&p, memory, rays, s->cells, kernels);
@@ -11603,6 +11700,7 @@ static void sfield__shade_set_sh(const sfield__job *job, const sfield_points *se
                                  uint8_t *memory, sfield_scene_stats *stats)
 {
     const sfield_scene *s = job->s;
+    const uint64_t hash = sfield__hash_set(s, set);
     sfield__tile t;
     size_t i;
     memset(&t, 0, sizeof t);
@@ -11615,12 +11713,15 @@ static void sfield__shade_set_sh(const sfield__job *job, const sfield_points *se
     t.chains = sfield__count_chains(set);
 #endif
     t.all_round = job->incident != NULL;
-    t.set_hash = sfield__hash_set(s, set);
+    t.set_hash = hash;
     t.stats = *stats;
     (void)sfield__carve_tile(&t, memory, s->occluder_count, t.lights, s->coefs, (uint32_t)t.chains);
     for (i = piece * SFIELD__LANES; i < set->count; i += job->pieces * SFIELD__LANES) {
         t.first = i;
         t.lanes = set->count - i < SFIELD__LANES ? (uint32_t)(set->count - i) : (uint32_t)SFIELD__LANES;
+#ifndef SFIELD_WITHOUT_GLOSS
+        if (t.chains > 1 && set->cache) t.set_hash = sfield__hash_brdfs(hash, set, i, t.lanes);
+#endif
         if (job->incident) sfield__shade_incident(&t, job->incident);
         else sfield__shade_tile(&t);
     }
@@ -11712,6 +11813,11 @@ static sfield_result sfield__shade_all(sfield__job *job, sfield_scene_stats *sta
     for (i = 0; i < job->set_count; i++) {
         const uint32_t own = (uint32_t)sfield__count_chains(&job->sets[i]);
         chains = own > chains ? own : chains;
+#ifndef SFIELD_WITHOUT_CACHE
+        if (job->sets[i].count && job->sets[i].cache && job->sets[i].cache->chains < own &&
+            sfield__lay_cache(job->sets[i].cache, own) != SFIELD_OK)
+            return SFIELD_ERR_ALLOC;
+#endif
     }
     if (chains == 3 && s->algebra && !s->brdf && sfield__make_brdf(s) != SFIELD_OK) return SFIELD_ERR_ALLOC;
 #endif

@@ -143,8 +143,8 @@ typedef struct sfield_points {      /* receivers that belong together, neighbour
                                        glTF's metal-rough BRDF. NULL = not wanted */
     const sfield_field *self;       /* what the points' own object hides, from sfield_build_self; NULL =
                                        nothing */
-    sfield_cache       *cache;      /* of these points alone, from sfield_cache_create; gloss does not use it.
-                                       NULL = nothing is kept */
+    sfield_cache       *cache;      /* of these points alone, from sfield_cache_create. NULL = nothing is
+                                       kept */
     const uint8_t      *in_view;    /* a byte a point; 0: the point is left out, its results are 0. NULL = all
                                        are wanted */
     const float        *to_eye;     /* for gloss, the direction from each point to the eye: unit, three

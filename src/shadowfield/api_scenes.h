@@ -68,13 +68,16 @@ SFIELD_DEF sfield_result sfield_cache_create(const sfield_scene *scene, size_t p
    the point lies on moves. A light that moves keeps its T as long as it passes no occluder. Points get the
    results of the frame before, at the cost of a copy, if only occluders out of their reach moved since. The
    cache notices all that by itself, and another scene, `entity` or `self` of the set.
+   With gloss the T of all kernels is kept, until to_eye, exponents or materials change: what stands before a
+   moving eye is computed anew. Give what is diffuse a set of its own if the eye moves and little else does.
    It does not notice positions and normals that you rewrite (a mesh that deforms, another level of detail):
    then free the cache and create another.
    point_count   of the set, 1..2^31 - 1
    light_count   1..65536 lights of the scene, of which the environment is one. Lights beyond keep nothing
    Memory   from the scene's allocator: with harmonics 4 bands^2 + 9 bytes for each point and light, and 19
             for each point; with wavelets, of which the 256 largest are kept, 1,036 bytes for each point and
-            light, and 76 for each point
+            light, and 76 for each point. The first sfield_shade with exponents (materials) takes twice (three
+            times) as much instead, and 24 bytes more for each point
    Errors   SFIELD_ERR_ARGUMENT (scene, which leaves no log, or out is NULL; a count is out of range),
             SFIELD_ERR_ALLOC (also if the bytes overflow a size_t) */
 

@@ -313,6 +313,23 @@ static void sfield__fill_lobe(const sfield__tile *t, float *out)
     }
 }
 
+/* Adds to a hash what T of some points depends on by their BRDFs: where their eyes are, and their exponents or
+   materials. */
+static SFIELD__COLD uint64_t sfield__hash_brdfs(uint64_t h, const sfield_points *set, size_t first,
+                                                uint32_t count)
+{
+    const size_t words = set->materials ? 5 : 1, stride = set->materials ? set->material_stride
+                                                                         : set->exponent_stride;
+    const float *of = set->materials ? set->materials : set->exponents;
+    uint32_t l;
+    h = sfield__hash(h, words);
+    for (l = 0; l < count; l++) {
+        h = sfield__hash_bytes(h, sfield__row(set->to_eye, set->to_eye_stride, first + l), 3);
+        if (l == 0 || stride) h = sfield__hash_bytes(h, sfield__value_of(of, stride, first + l), words);
+    }
+    return h;
+}
+
 /* Computes T with a BRDF: of the lobe beside that of rgb, or of all kernels. */
 static void sfield__start_gloss(sfield__tile *t)
 {

@@ -86,16 +86,18 @@ struct sfield_cache {
     sfield__allocator allocator;
     size_t    points, bytes;
     uint32_t  lights, coefs, cells; /* cells 0: harmonics */
-    uint64_t *hash;                 /* harmonics: tiles x lights; wavelets: points x lights; 0 = nothing
-                                       kept */
+    uint32_t  chains;               /* room for so many T of a point and light: 1, with gloss 2 or 3 */
+    uint64_t *hash;                 /* harmonics: tiles x lights; wavelets: points x lights x chains; 0 =
+                                       nothing kept. What follows lies in the memory that begins here */
     int16_t  *value;
     uint16_t *index;                /* wavelets: of each value */
     float    *scale;
-    uint64_t *lit;                  /* wavelets: hash and sky that sky is of, 3 floats a point; harmonics:
-                                       what the marks of a tile are of */
+    uint64_t *lit;                  /* wavelets: hash and sky that sky is of, 3 floats a point and chain;
+                                       harmonics: what the marks of a tile are of */
     float    *sky;
     uint8_t  *marks;                /* harmonics: of each tile, how many T are kept of those that all lights
                                        have in common */
     sfield__last *last;             /* of each tile (harmonics) or point */
-    float    *result;               /* of the last frame: r, g, b, ambient of each point */
+    float    *result;               /* of the last frame: r, g, b, ambient of each point, and with room for
+                                       gloss three of that and three of grazing */
 };

@@ -4,6 +4,7 @@ static void sfield__shade_set_sh(const sfield__job *job, const sfield_points *se
                                  uint8_t *memory, sfield_scene_stats *stats)
 {
     const sfield_scene *s = job->s;
+    const uint64_t hash = sfield__hash_set(s, set);
     sfield__tile t;
     size_t i;
     memset(&t, 0, sizeof t);
@@ -16,12 +17,15 @@ static void sfield__shade_set_sh(const sfield__job *job, const sfield_points *se
     t.chains = sfield__count_chains(set);
 #endif
     t.all_round = job->incident != NULL;
-    t.set_hash = sfield__hash_set(s, set);
+    t.set_hash = hash;
     t.stats = *stats;
     (void)sfield__carve_tile(&t, memory, s->occluder_count, t.lights, s->coefs, (uint32_t)t.chains);
     for (i = piece * SFIELD__LANES; i < set->count; i += job->pieces * SFIELD__LANES) {
         t.first = i;
         t.lanes = set->count - i < SFIELD__LANES ? (uint32_t)(set->count - i) : (uint32_t)SFIELD__LANES;
+#ifndef SFIELD_WITHOUT_GLOSS
+        if (t.chains > 1 && set->cache) t.set_hash = sfield__hash_brdfs(hash, set, i, t.lanes);
+#endif
         if (job->incident) sfield__shade_incident(&t, job->incident);
         else sfield__shade_tile(&t);
     }
@@ -113,6 +117,11 @@ static sfield_result sfield__shade_all(sfield__job *job, sfield_scene_stats *sta
     for (i = 0; i < job->set_count; i++) {
         const uint32_t own = (uint32_t)sfield__count_chains(&job->sets[i]);
         chains = own > chains ? own : chains;
+#ifndef SFIELD_WITHOUT_CACHE
+        if (job->sets[i].count && job->sets[i].cache && job->sets[i].cache->chains < own &&
+            sfield__lay_cache(job->sets[i].cache, own) != SFIELD_OK)
+            return SFIELD_ERR_ALLOC;
+#endif
     }
     if (chains == 3 && s->algebra && !s->brdf && sfield__make_brdf(s) != SFIELD_OK) return SFIELD_ERR_ALLOC;
 #endif

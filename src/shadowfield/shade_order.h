@@ -6,8 +6,8 @@
 static void sfield__chain_products(sfield__tile *t, sfield_cache *cache)
 {
     const sfield_scene *s = t->s;
-    const size_t size = (size_t)t->chains * s->coefs * SFIELD__LANES, tile = t->first / SFIELD__LANES;
-    const uint32_t n = t->count, slots = t->lights + (uint32_t)t->sky;
+    const uint32_t n = t->count, slots = t->lights + (uint32_t)t->sky, chains = (uint32_t)t->chains;
+    const size_t size = chains * (size_t)s->coefs * SFIELD__LANES, tile = t->first / SFIELD__LANES;
     uint32_t step = n + 1, from = 0, last = 0, least = n;
     uint32_t i, j, a, b;
     float *now = t->start;
@@ -23,11 +23,11 @@ static void sfield__chain_products(sfield__tile *t, sfield_cache *cache)
         if (cache->lit[tile] != t->occluders_hash) cache->marks[tile] = 0;
         cache->lit[tile] = t->occluders_hash;
         from = least / step < cache->marks[tile] ? least / step : cache->marks[tile];
-        if (from) sfield__recall_tile(cache, sfield__mark_slot(cache, tile, from), now, s->simd);
+        if (from) sfield__recall_tile(cache, sfield__mark_slot(cache, tile, from), now, chains, s->simd);
         from *= step;
     }
 #else
-    (void)cache, (void)tile, (void)step, (void)least;
+    (void)cache, (void)tile, (void)step, (void)least, (void)chains;
 #endif
     if (!from) sfield__start_tile(t);
     for (i = from; i < last; i++) sfield__fetch_occluder(t, t->order[i]);
@@ -36,8 +36,8 @@ static void sfield__chain_products(sfield__tile *t, sfield_cache *cache)
         /* T is rounded even if nothing starts here, so that a later start from here is the same. */
         if (i > from && i % step == 0) {
             const size_t slot = sfield__mark_slot(cache, tile, i / step);
-            sfield__keep_tile(cache, slot, now);
-            sfield__recall_tile(cache, slot, now, s->simd);
+            sfield__keep_tile(cache, slot, now, chains);
+            sfield__recall_tile(cache, slot, now, chains, s->simd);
             if (cache->marks[tile] < i / step) cache->marks[tile] = (uint8_t)(i / step);
         }
 #endif
@@ -117,8 +117,9 @@ static void sfield__keep_tile_results(const sfield__tile *t, uint32_t in_view)
    through. */
 static void sfield__fetch_kept(const sfield__tile *t, const sfield_cache *cache)
 {
-    const char *kept = (const char *)(cache->value + t->first * cache->lights * t->s->coefs);
-    const size_t bytes = 2 * SFIELD__LANES * (size_t)cache->lights * t->s->coefs;
+    const size_t values = (size_t)cache->lights * cache->chains * t->s->coefs;
+    const char *kept = (const char *)(cache->value + t->first * values);
+    const size_t bytes = 2 * SFIELD__LANES * values;
     size_t i;
     for (i = 0; i < bytes && i < 8192; i += 64) SFIELD__PREFETCH(kept + i);
 }
@@ -127,16 +128,17 @@ static void sfield__fetch_kept(const sfield__tile *t, const sfield_cache *cache)
    so that they are rounded like those that were kept. */
 static void sfield__exchange_kept(sfield__tile *t, sfield_cache *cache, uint32_t slots)
 {
-    const size_t size = (size_t)t->s->coefs * SFIELD__LANES;
+    const uint32_t chains = (uint32_t)t->chains;
+    const size_t size = chains * (size_t)t->s->coefs * SFIELD__LANES;
     uint32_t j;
     for (j = 0; j < slots && j < cache->lights; j++) {
         const size_t slot = t->first / SFIELD__LANES * cache->lights + j;
         if (sfield__is_own(t, j)) continue;
         if (t->needed[j]) {
-            sfield__keep_tile(cache, slot, t->t + j * size);
+            sfield__keep_tile(cache, slot, t->t + j * size, chains);
             cache->hash[slot] = t->hash[j];
         }
-        sfield__recall_tile(cache, slot, t->t + j * size, t->s->simd);
+        sfield__recall_tile(cache, slot, t->t + j * size, chains, t->s->simd);
     }
 }
 #endif
@@ -162,7 +164,7 @@ static void sfield__shade_tile(sfield__tile *t)
     const sfield_scene *s = t->s;
     const uint32_t slots = t->lights + (uint32_t)t->sky;
     const size_t size = (size_t)t->chains * s->coefs * SFIELD__LANES;
-    sfield_cache *cache = t->chains == 1 ? t->set->cache : NULL;
+    sfield_cache *cache = t->set->cache;
 #ifndef SFIELD_WITHOUT_CACHE
     const uint32_t in_view = cache ? sfield__bits_in_view(t->set, t->first, t->lanes) : 0;
     if (cache && sfield__repeat_tile(t, in_view)) return;

@@ -26,7 +26,7 @@ typedef struct sfield__tile {
     int       chains;                           /* how many T a point has: 1, with gloss 2 or 3 */
     int       all_round;                        /* not 0: occluders below the horizon count too */
     uint16_t *mask;                             /* [light][occluder in order]: lanes for which it is nearer */
-    uint64_t  set_hash;                         /* sfield__hash_set */
+    uint64_t  set_hash;                         /* sfield__hash_set, and sfield__hash_brdfs */
     uint64_t *hash, occluders_hash;             /* with a cache: what T of each light depends on, and T behind
                                                    all occluders */
     uint8_t  *needed;                           /* of each light: not 0 if its T has to be computed */

@@ -169,13 +169,13 @@ static SFIELD__COLD void sfield__light_gloss(sfield__point *p, const sfield__til
     const sfield_scene *s = p->s;
     const sfield_points *set = p->set;
     const size_t index = one->first;
-    const int chains = one->chains;
+    const uint32_t chains = p->chains;
     float x[3], n[3], view[3], sum[3][3] = { { 0 } };
     float *rgb = p->rgb, *gloss = set->gloss + 3 * index;
     sfield_scene_stats stats;
     sfield__lobe b;
     uint32_t count, until;
-    int c;
+    uint32_t c;
     for (c = 0; c < 3; c++) {
         x[c] = one->p[16 * c];
         n[c] = one->n[16 * c];
@@ -183,28 +183,32 @@ static SFIELD__COLD void sfield__light_gloss(sfield__point *p, const sfield__til
     }
     count = sfield__find_rays(p, x, n);
     until = sfield__find_stale(p, index, count, hash);
-    sfield__read_lobe(set, index, n, view, &b);
-    sfield__fill_texels(s, &b, p->kernels);
-    if (b.narrow) sfield__scatter_lobe(s, &b, p->kernels);
-    memset(&stats, 0, sizeof stats);
+    if (until) {
+        sfield__read_lobe(set, index, n, view, &b);
+        sfield__fill_texels(s, &b, p->kernels);
+        if (b.narrow) sfield__scatter_lobe(s, &b, p->kernels);
+    }
+    stats = p->stats;
     for (c = 0; c < chains; c++) {
         p->kernel = chains == 2 && c == 0 ? NULL : p->kernels + (size_t)c * s->cells;
+        p->chain = c;
         p->rgb = sum[c];
-        if (until) sfield__walk_rays(p, index, x, n, count, hash, until, c == 0 ? ambient : NULL);
+        sfield__light_chain(p, index, x, n, count, until, hash, c == 0 ? ambient : NULL);
         if (c == 0) stats = p->stats;
     }
     p->stats = stats;                           /* entities count once */
     p->kernel = NULL;
+    p->chain = 0;
     for (c = 0; c < 3; c++) {
         if (chains == 2) {
             rgb[c] = sum[0][c];
             gloss[c] = sum[1][c];
         } else {
             const float f0 =
-                sfield__facing_of(sfield__value_of(set->materials, set->material_stride, index), (uint32_t)c);
+                sfield__facing_of(sfield__value_of(set->materials, set->material_stride, index), c);
             rgb[c] = sum[0][c] * (1 - f0) * 3.14159265f;        /* the caller divides by pi */
             gloss[c] = f0 * sum[1][c] + sum[2][c];
-            if (set->grazing) set->grazing[3 * index + (size_t)c] = sum[2][c];
+            if (set->grazing) set->grazing[3 * index + c] = sum[2][c];
         }
     }
 }

@@ -191,9 +191,10 @@ static void sfield__light_from_cache(sfield__point *p, const sfield_cache *c, si
     const uint32_t cells = p->s->cells;
     uint32_t i, k;
     if (!it) {
+        const size_t own = slot / c->chains / c->lights * c->chains + p->chain;
         const uint64_t now = sfield__hash(c->hash[slot], p->s->sky_hash) | 1;
-        uint64_t *lit = &c->lit[slot / c->lights];
-        float *rgb = c->sky + 3 * (slot / c->lights);
+        uint64_t *lit = &c->lit[own];
+        float *rgb = c->sky + 3 * own;
         for (k = 0; k < 3 && *lit != now; k++) {
             const float *sky = p->s->sky_now + (3 + k) * cells;
             rgb[k] = 0;
@@ -231,6 +232,13 @@ static void sfield__add_sky(sfield__point *p)
 /* Returns whether a cache keeps T for a light. */
 static int sfield__keeps_light(const sfield_cache *c, uint32_t slot) { return c && slot < c->lights; }
 
+/* Returns where a cache keeps the T of the moment for a light of point `index`. */
+static size_t sfield__slot_of(const sfield__point *p, size_t index, uint32_t light)
+{
+    const sfield_cache *c = p->set->cache;
+    return (index * c->lights + light) * c->chains + p->chain;
+}
+
 /* Goes through the first rays of figure 5 on texels (or on coefficients). Lights that a cache keeps T for are
    not added here, but later from what was kept; only those whose T is out of date are kept anew. */
 static void sfield__walk_rays(sfield__point *p, size_t index, const float *x, const float *n, uint32_t count,
@@ -261,14 +269,14 @@ static void sfield__walk_rays(sfield__point *p, size_t index, const float *x, co
             fresh = 0;
             continue;
         }
-        kept = sfield__keeps_light(cache, slot) ? &cache->hash[index * cache->lights + slot] : NULL;
+        kept = sfield__keeps_light(cache, slot) ? &cache->hash[sfield__slot_of(p, index, slot)] : NULL;
         if (kept && *kept == hash[slot]) continue;
         if (!fresh && !sparse && (kept || (it && !it->map))) {
             sfield__haar_cube(s->side, p->t, p->haar, s->simd);
             fresh = 1;
         }
         if (kept) {
-            sfield__keep_wavelets(p, cache, index * cache->lights + slot);
+            sfield__keep_wavelets(p, cache, sfield__slot_of(p, index, slot));
             *kept = hash[slot];
         } else if (it) sfield__add_light(p, it, x, p->haar);
         else if (s->has_sky || s->has_sun) sfield__add_sky(p);
@@ -300,7 +308,7 @@ static uint32_t sfield__find_stale(sfield__point *p, size_t index, uint32_t coun
         }
         if (i == count && !sky && !p->set->ambient) continue;
         hash[slot] = before | 1;
-        if (sfield__keeps_light(cache, slot) && cache->hash[index * cache->lights + slot] == hash[slot])
+        if (sfield__keeps_light(cache, slot) && cache->hash[sfield__slot_of(p, index, slot)] == hash[slot])
             p->stats.reused += i < count || sky;
         else
             until = i + 1;
@@ -319,25 +327,32 @@ static float sfield__ambient_from_cache(const sfield_scene *s, const sfield_cach
     return sum;
 }
 
-/* Shades a point that can be shaded: writes p->rgb, and *ambient if the caller asks for it. */
-static void sfield__light_point(sfield__point *p, size_t index, const float *x, const float *n,
-                                uint64_t *hash, float *ambient)
+/* Computes light by the T of the moment, once rays and what is stale are known: writes p->rgb, and *ambient if
+   the caller asks for it. */
+static void sfield__light_chain(sfield__point *p, size_t index, const float *x, const float *n,
+                                uint32_t count, uint32_t until, const uint64_t *hash, float *ambient)
 {
     const sfield_scene *s = p->s;
     sfield_cache *cache = p->set->cache;
     const int kept = sfield__keeps_light(cache, s->light_count);
-    const uint32_t count = sfield__find_rays(p, x, n), until = sfield__find_stale(p, index, count, hash);
     uint32_t j;
-    if (until)
-        sfield__walk_rays(p, index, x, n, count, hash, until, p->set->ambient && !kept ? ambient : NULL);
+    if (until) sfield__walk_rays(p, index, x, n, count, hash, until, kept ? NULL : ambient);
     for (j = 0; cache && j <= s->light_count && j < cache->lights; j++)
         if (!hash[j]) continue;                 /* the own entity's */
         else if (j < s->light_count)
-            sfield__light_from_cache(p, cache, index * cache->lights + j, &s->item[s->light[j]], x);
+            sfield__light_from_cache(p, cache, sfield__slot_of(p, index, j), &s->item[s->light[j]], x);
         else if (s->has_sky || s->has_sun)
-            sfield__light_from_cache(p, cache, index * cache->lights + j, NULL, x);
-    if (p->set->ambient && kept)
-        *ambient = sfield__ambient_from_cache(s, cache, index * cache->lights + s->light_count);
+            sfield__light_from_cache(p, cache, sfield__slot_of(p, index, j), NULL, x);
+    if (ambient && kept)
+        *ambient = sfield__ambient_from_cache(s, cache, sfield__slot_of(p, index, s->light_count));
+}
+
+/* Shades a point that can be shaded: writes p->rgb, and *ambient if the caller asks for it. */
+static void sfield__light_point(sfield__point *p, size_t index, const float *x, const float *n,
+                                uint64_t *hash, float *ambient)
+{
+    const uint32_t count = sfield__find_rays(p, x, n), until = sfield__find_stale(p, index, count, hash);
+    sfield__light_chain(p, index, x, n, count, until, hash, ambient);
 }
 
 #ifndef SFIELD_WITHOUT_GLOSS
@@ -353,6 +368,9 @@ static void sfield__shade_point(sfield__point *p, size_t index, uint64_t *hash)
     sfield__tile one;                           /* a tile of one lane, since tiles load points */
     float x[3], n[3], ambient = 0, rgb[3] = { 0, 0, 0 };
     uint32_t k, in_view = sfield__bits_in_view(set, index, 1);
+#ifndef SFIELD_WITHOUT_GLOSS
+    if (p->chains > 1 && set->cache) p->set_hash = sfield__hash_brdfs(p->all_hash, set, index, 1);
+#endif
     if (set->cache && sfield__is_untouched(s, set, p->set_hash, index, in_view)) {
         const uint32_t points = sfield__repeat_results(set, index, index, 1, in_view);
         p->stats.points += points;
@@ -366,7 +384,7 @@ static void sfield__shade_point(sfield__point *p, size_t index, uint64_t *hash)
     one.first = index;
     one.lanes = 1;
 #ifndef SFIELD_WITHOUT_GLOSS
-    one.chains = sfield__count_chains(set);
+    one.chains = (int)p->chains;
 #endif
     sfield__load_lanes(&one);
     for (k = 0; k < 3; k++) {
@@ -381,7 +399,7 @@ static void sfield__shade_point(sfield__point *p, size_t index, uint64_t *hash)
         if (one.chains > 1) sfield__light_gloss(p, &one, hash, set->ambient ? &ambient : NULL);
         else
 #endif
-            sfield__light_point(p, index, x, n, hash, &ambient);
+            sfield__light_point(p, index, x, n, hash, set->ambient ? &ambient : NULL);
     }
     p->rgb = NULL;
     for (k = 0; k < 3 && set->rgb; k++) set->rgb[3 * index + k] = rgb[k] * 0.318309886f;

@@ -11,20 +11,19 @@ static void sfield__shade_set_haar(const sfield__job *job, const sfield_points *
     sfield__point p;
     sfield__bundle b;
     size_t i, k;
-#ifndef SFIELD_WITHOUT_GLOSS
-    sfield_points plain = *set;
-    if (sfield__count_chains(set) > 1) {        /* each point by itself, and nothing is kept */
-        bundles = 0;
-        kernels = SFIELD__KERNELS;
-        plain.cache = NULL;
-        set = &plain;
-    }
-#endif
     memset(&p, 0, sizeof p);
     memset(&b, 0, sizeof b);
+    p.chains = 1;
+#ifndef SFIELD_WITHOUT_GLOSS
+    p.chains = (uint32_t)sfield__count_chains(set);
+    if (p.chains > 1) {                         /* each point by itself */
+        bundles = 0;
+        kernels = SFIELD__KERNELS;
+    }
+#endif
     p.s = b.s = s;
     p.set = set;
-    p.set_hash = sfield__hash_set(s, set);
+    p.all_hash = p.set_hash = sfield__hash_set(s, set);
     p.stats = *stats;
     memory += ((size_t)s->light_count + 8) / 8 * 64;
     memory += sfield__carve_point(&p, memory, rays, s->cells, kernels);

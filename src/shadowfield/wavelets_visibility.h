@@ -17,7 +17,8 @@ typedef struct sfield__point {
     float       *kernels;                       /* with gloss: 3 x 6 N^2, BRDFs on texels */
     const float *kernel;                        /* the one that T begins with; NULL: the cosine */
 #endif
-    uint64_t     set_hash;                       /* sfield__hash_set */
+    uint64_t     all_hash, set_hash;             /* sfield__hash_set; and sfield__hash_brdfs of a point */
+    uint32_t     chain, chains;                  /* T of the moment, of so many */
     sfield_scene_stats stats;
 } sfield__point;
 

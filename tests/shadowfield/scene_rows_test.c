@@ -1261,7 +1261,7 @@ static void a_glow_changes_nothing_of_its_own(void **state)
                 e[2].tint[0] = 420;
                 sfield_scene_entities(s[glows], e, 4);
                 if (round == 1) assert_int_equal(sfield_cache_create(s[glows], GLOW, 4, &q->cache), SFIELD_OK);
-                if (round == 4 && b == 1) {     /* no cache with a lobe */
+                if (round == 4 && b == 1) {     /* a lobe besides */
                     q->to_eye = p;
                     q->exponents = &exponent;
                     q->gloss = out[glows] + 6 * GLOW;
