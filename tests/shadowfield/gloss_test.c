@@ -723,8 +723,8 @@ static void what_is_kept_has_the_albedo_of_the_closed_form(void **state)
         sfield_cache_free(set.cache);
         sfield_scene_free(s);
     }
-    CONFORM_MAX("gloss", "the same of what a cache kept under another sky", 0.002, worst[0]);
-    CONFORM_MAX("gloss", "the same in wavelets", 0.01, worst[1]);
+    CONFORM_MAX("gloss", "albedo of roughness 1 by a T that was kept under another sky", 0.002, worst[0]);
+    CONFORM_MAX("gloss", "the same kept in wavelets", 0.01, worst[1]);
 }
 
 /* f(l, v) = f(v, l): what a sky of green sends to an eye that counts by red is what red sends to one that counts by
