@@ -9163,8 +9163,8 @@ SFIELD_DEF size_t sfield_cache_bytes(const sfield_cache *cache) { return cache ?
 #define SFIELD__LEAST_T 1e-30f
 
 /* Hashes all that T of a set depends on besides the occluders before each light and, with gloss, the BRDFs:
-   how the scene computes, and where the points are. Points that lie on an entity move with it. The number of occluders decides where T is
-   rounded between lights (sfield__chain_products). */
+   how the scene computes, and where the points are. Points that lie on an entity move with it. The number of
+   occluders decides where T is rounded between lights (sfield__chain_products). */
 static uint64_t sfield__hash_set(const sfield_scene *s, const sfield_points *set)
 {
     const uint32_t how[5] = { (uint32_t)s->desc.product, s->coefs, s->occluder_count, set->entity,
@@ -10287,7 +10287,7 @@ static void sfield__fill_lobe(const sfield__tile *t, float *out)
     }
 }
 
-/* Adds to a hash what T of some points depends on by their BRDFs: where their eyes are, and their exponents or
+/* Adds to a hash what T of some points depends on by their BRDFs: where their eyes are, their exponents or
    materials. */
 static SFIELD__COLD uint64_t sfield__hash_brdfs(uint64_t h, const sfield_points *set, size_t first,
                                                 uint32_t count)
@@ -11112,8 +11112,8 @@ static float sfield__ambient_from_cache(const sfield_scene *s, const sfield_cach
     return sum;
 }
 
-/* Computes light by the T of the moment, once rays and what is stale are known: writes p->rgb, and *ambient if
-   the caller asks for it. */
+/* Computes light by the T of the moment, once rays and what is stale are known: writes p->rgb, and *ambient
+   if the caller asks for it. */
 static void sfield__light_chain(sfield__point *p, size_t index, const float *x, const float *n,
                                 uint32_t count, uint32_t until, const uint64_t *hash, float *ambient)
 {

@@ -313,7 +313,7 @@ static void sfield__fill_lobe(const sfield__tile *t, float *out)
     }
 }
 
-/* Adds to a hash what T of some points depends on by their BRDFs: where their eyes are, and their exponents or
+/* Adds to a hash what T of some points depends on by their BRDFs: where their eyes are, their exponents or
    materials. */
 static SFIELD__COLD uint64_t sfield__hash_brdfs(uint64_t h, const sfield_points *set, size_t first,
                                                 uint32_t count)

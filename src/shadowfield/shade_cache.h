@@ -83,8 +83,8 @@ SFIELD_DEF size_t sfield_cache_bytes(const sfield_cache *cache) { return cache ?
 #define SFIELD__LEAST_T 1e-30f
 
 /* Hashes all that T of a set depends on besides the occluders before each light and, with gloss, the BRDFs:
-   how the scene computes, and where the points are. Points that lie on an entity move with it. The number of occluders decides where T is
-   rounded between lights (sfield__chain_products). */
+   how the scene computes, and where the points are. Points that lie on an entity move with it. The number of
+   occluders decides where T is rounded between lights (sfield__chain_products). */
 static uint64_t sfield__hash_set(const sfield_scene *s, const sfield_points *set)
 {
     const uint32_t how[5] = { (uint32_t)s->desc.product, s->coefs, s->occluder_count, set->entity,

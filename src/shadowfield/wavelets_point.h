@@ -327,8 +327,8 @@ static float sfield__ambient_from_cache(const sfield_scene *s, const sfield_cach
     return sum;
 }
 
-/* Computes light by the T of the moment, once rays and what is stale are known: writes p->rgb, and *ambient if
-   the caller asks for it. */
+/* Computes light by the T of the moment, once rays and what is stale are known: writes p->rgb, and *ambient
+   if the caller asks for it. */
 static void sfield__light_chain(sfield__point *p, size_t index, const float *x, const float *n,
                                 uint32_t count, uint32_t until, const uint64_t *hash, float *ambient)
 {

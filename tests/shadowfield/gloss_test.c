@@ -609,7 +609,7 @@ static void change_frame(char what, sfield_scene *s, sfield_entity at[4], eye *e
 }
 
 /* Results that are kept equal those of a fresh cache to the bit, whatever moves or is looked at from elsewhere, and
-   those of no cache but for 16 bits (harmonics) or 256 wavelets. Each light's T is kept as that of diffuse points is. */
+   those of no cache but for 16 bits (harmonics) or 256 wavelets. Each light's T is kept as that of diffuse points. */
 static void gloss_is_kept_as_what_is_diffuse(void **state)
 {
     enum { COUNT = 40, FRAMES = sizeof frames_of_gloss / sizeof *frames_of_gloss };
@@ -617,7 +617,7 @@ static void gloss_is_kept_as_what_is_diffuse(void **state)
     static kept lazy, fresh, plain;
     float any[3];
     (void)state;
-    for (int way = 0; way < 8; way++) {         /* a lobe or materials; harmonics, logarithms, wavelets in both products */
+    for (int way = 0; way < 8; way++) {         /* a lobe or materials; both bases, two products each */
         static const sfield_product_mode products[4] = { SFIELD_PRODUCT_TRIPLE, SFIELD_PRODUCT_EXP,
                                                          SFIELD_PRODUCT_TEXELS, SFIELD_PRODUCT_SPARSE };
         const int materials = way & 1;
