@@ -9089,7 +9089,8 @@ static sfield_result sfield__lay_cache(sfield_cache *c, uint32_t chains)
 {
     const size_t own = c->cells ? c->points : (c->points + 15) / 16, skies = c->cells ? own * chains : 0;
     sfield_cache n = *c;
-    size_t units, hashes, lanes, values, bytes;
+    size_t units, hashes, lanes;
+    size_t values, bytes;
     uint8_t *at;
     if (!sfield__mul_size(own, (size_t)c->lights * chains, &units) || units > SIZE_MAX / 16384)
         return SFIELD_ERR_ALLOC;
