@@ -1,6 +1,6 @@
 /* gl_shade_test - the renderer of gl_csm.h sample by sample against lsamp_sample: every shape of light, every
    BRDF, every way of sampling, patterns, progressive frames. Nothing is in the way here: csm/gl_twin_test asks about
-   visibility. Each way to a context takes some of the lights, since llvmpipe compiles a program for seconds. */
+   visibility. */
 #define _POSIX_C_SOURCE 200809L
 #include "csm.h"
 #include "lightsampling.h"

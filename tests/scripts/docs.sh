@@ -68,6 +68,11 @@ done
 
 sh tests/scripts/links.sh *.md docs/*.md docs/measured/*.md examples/*.md src/*.md tests/*.md || failed=1
 
+# docs/adapter.md: the rows linked with a renderer of one's own, for which rays stand.
+# shellcheck disable=SC2086
+$CC $flags -DADAPTER_ALONE -Itests/kit -Itests/kit/shim tests/adapter/rows.c tests/adapter/rays_rows_test.c -lm -o "$dir/rows" ||
+    { echo "check-docs: FAILED: the line of docs/adapter.md"; failed=1; }
+
 count=0
 for file in "$dir"/*.c; do
     [ -f "$file" ] || continue
