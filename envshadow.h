@@ -253,7 +253,7 @@ struct envsh_lights {               /* directional lights: your own, or those th
                                        (stride sizeof(envlt_light)) */
     uint32_t     count;
     const float *directions;        /* x, y, z of each light, unit, towards the light */
-    const float *irradiances;       /* red, green, blue on a plane that faces the light, W/m^2 */
+    const float *irradiances;       /* red, green, blue on a plane that faces the light, -1e32..1e32 W/m^2 */
     const float *axes_u, *axes_v;   /* extent: half axes of the ellipse over which the light spreads, at right
                                        angles to the light's direction. Lengths are tangents of angles, below
                                        1e3. Both NULL = no extent: sharp shadows */
@@ -1398,9 +1398,10 @@ static envsh_result envsh__check_light(const envsh_lights *lights, uint32_t i, c
         envsh__log_element(log, "lights.directions", i, "has the length", (double)length, "1 (0.97..1.03)");
         return ENVSH_ERR_INPUT;
     }
-    if (!envsh__v3_finite(l.irradiance)) {
+    if (!(fabsf(l.irradiance.x) <= 1e32f && fabsf(l.irradiance.y) <= 1e32f &&
+          fabsf(l.irradiance.z) <= 1e32f)) {
         envsh__log_element(log, "lights.irradiances", i, "begins with", (double)l.irradiance.x,
-                           "finite, all three");
+                           "-1e32..1e32, all three");
         return ENVSH_ERR_INPUT;
     }
     if (most < 1e3f && other < 1e3f) return ENVSH_OK;

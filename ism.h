@@ -311,7 +311,7 @@ typedef struct ism_source {         /* a grid of points that send light on (pVPL
     size_t       normal_stride;     /* as position_stride */
     const float *fluxes;            /* r, g, b, 0..1e30 W: what leaves the surface behind each texel; 0 if
                                        there is no surface. A texel with another flux is never chosen, and
-                                       ism_stats.bad_pvpls counts it */
+                                       ism_stats.bad_pvpls counts it. The flux of a VPL is cut at 1e30 */
     size_t       flux_stride;       /* as position_stride */
     const float *areas;             /* m^2 of surface behind each texel. If areas is NULL, and where an area
                                        is negative or not finite, the distances between VPLs tell it */

@@ -305,7 +305,7 @@ typedef struct lsamp_light_desc {   /* zero it, then set what this kind of light
                                        its surface, on the side that emits, at which lsamp_light_domain puts
                                        the places for maps, 0..1e18 */
     float             cone_half_angle; /* of a spot: from its axis to its edge, 5e-7..pi / 2 */
-    float             radiance[3];  /* >= 0. Radiance L, W/(sr m^2); point and spot: intensity, W/sr; sun:
+    float             radiance[3];  /* 0..1e30. Radiance L, W/(sr m^2); point and spot: intensity, W/sr; sun:
                                        irradiance of a surface that faces it, W/m^2 */
     float             cosine_power; /* of shapes that have an area: L(theta) = radiance cos^power(theta),
                                        0..1e5; 0 is a Lambertian emitter */
@@ -2634,7 +2634,7 @@ static int lsamp__fields_valid(const lsamp_light_desc *d, const lsamp__logger *l
         if (log) lsamp__log_value(log, "desc.kind", (double)d->kind, "a LSAMP_LIGHT_...");
         return 0;
     }
-    if (!lsamp__field3_valid(log, "desc.radiance", d->radiance, 0.0f, 3e38f, "0..3e38") ||
+    if (!lsamp__field3_valid(log, "desc.radiance", d->radiance, 0.0f, 1e30f, "0..1e30") ||
         !lsamp__field_valid(log, "desc.time", d->time, -1e9f, 1e9f, "-1e9..1e9") ||
         !lsamp__field_valid(log, "desc.cosine_power", d->cosine_power, 0.0f, 1e5f, "0..100000") ||
         !lsamp__field_valid(log, "desc.rotation", d->rotation, -1000.0f, 1000.0f, "-1000..1000") ||

@@ -88,7 +88,7 @@ struct envsh_lights {               /* directional lights: your own, or those th
                                        (stride sizeof(envlt_light)) */
     uint32_t     count;
     const float *directions;        /* x, y, z of each light, unit, towards the light */
-    const float *irradiances;       /* red, green, blue on a plane that faces the light, W/m^2 */
+    const float *irradiances;       /* red, green, blue on a plane that faces the light, -1e32..1e32 W/m^2 */
     const float *axes_u, *axes_v;   /* extent: half axes of the ellipse over which the light spreads, at right
                                        angles to the light's direction. Lengths are tangents of angles, below
                                        1e3. Both NULL = no extent: sharp shadows */

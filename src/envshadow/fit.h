@@ -103,9 +103,10 @@ static envsh_result envsh__check_light(const envsh_lights *lights, uint32_t i, c
         envsh__log_element(log, "lights.directions", i, "has the length", (double)length, "1 (0.97..1.03)");
         return ENVSH_ERR_INPUT;
     }
-    if (!envsh__v3_finite(l.irradiance)) {
+    if (!(fabsf(l.irradiance.x) <= 1e32f && fabsf(l.irradiance.y) <= 1e32f &&
+          fabsf(l.irradiance.z) <= 1e32f)) {
         envsh__log_element(log, "lights.irradiances", i, "begins with", (double)l.irradiance.x,
-                           "finite, all three");
+                           "-1e32..1e32, all three");
         return ENVSH_ERR_INPUT;
     }
     if (most < 1e3f && other < 1e3f) return ENVSH_OK;

@@ -199,7 +199,7 @@ static int glbk__csm_light_valid(const glbk__csm_logger *log, const lsamp_light_
     const double big = (double)1e18f;
     if (d->emission_fn) return glbk__csm_refuse(log, ".emission_fn", "is set: GPUs call no functions");
     return glbk__csm_kind_valid(log, d->kind) &&
-           glbk__csm_in3(log, ".radiance", d->radiance, 0, (double)3e38f, "0..3e38") &&
+           glbk__csm_in3(log, ".radiance", d->radiance, 0, (double)1e30f, "0..1e30") &&
            glbk__csm_in(log, ".cosine_power", (double)d->cosine_power, 0, 1e5, "0..100000") &&
            glbk__csm_in(log, ".rotation", (double)d->rotation, -1000, 1000, "-1000..1000") &&
            glbk__csm_in(log, ".time", (double)d->time, -1e9, 1e9, "-1e9..1e9") &&

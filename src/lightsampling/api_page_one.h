@@ -149,7 +149,7 @@ typedef struct lsamp_light_desc {   /* zero it, then set what this kind of light
                                        its surface, on the side that emits, at which lsamp_light_domain puts
                                        the places for maps, 0..1e18 */
     float             cone_half_angle; /* of a spot: from its axis to its edge, 5e-7..pi / 2 */
-    float             radiance[3];  /* >= 0. Radiance L, W/(sr m^2); point and spot: intensity, W/sr; sun:
+    float             radiance[3];  /* 0..1e30. Radiance L, W/(sr m^2); point and spot: intensity, W/sr; sun:
                                        irradiance of a surface that faces it, W/m^2 */
     float             cosine_power; /* of shapes that have an area: L(theta) = radiance cos^power(theta),
                                        0..1e5; 0 is a Lambertian emitter */

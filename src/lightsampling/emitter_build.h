@@ -112,7 +112,7 @@ static int lsamp__fields_valid(const lsamp_light_desc *d, const lsamp__logger *l
         if (log) lsamp__log_value(log, "desc.kind", (double)d->kind, "a LSAMP_LIGHT_...");
         return 0;
     }
-    if (!lsamp__field3_valid(log, "desc.radiance", d->radiance, 0.0f, 3e38f, "0..3e38") ||
+    if (!lsamp__field3_valid(log, "desc.radiance", d->radiance, 0.0f, 1e30f, "0..1e30") ||
         !lsamp__field_valid(log, "desc.time", d->time, -1e9f, 1e9f, "-1e9..1e9") ||
         !lsamp__field_valid(log, "desc.cosine_power", d->cosine_power, 0.0f, 1e5f, "0..100000") ||
         !lsamp__field_valid(log, "desc.rotation", d->rotation, -1000.0f, 1000.0f, "-1000..1000") ||

@@ -84,7 +84,8 @@ static void a_field_of_any_light_is_named(void **state)
 {
     (void)state;
     REFUSES(LSAMP_LIGHT_COUNT, (void)0, "desc.kind is 11; it must be a LSAMP_LIGHT_...");
-    REFUSES(LSAMP_LIGHT_SUN, d.radiance[2] = -1, "desc.radiance is -1; it must be 0..3e38");
+    REFUSES(LSAMP_LIGHT_SUN, d.radiance[2] = -1, "desc.radiance is -1; it must be 0..1e30");
+    REFUSES(LSAMP_LIGHT_SUN, d.radiance[2] = 1.1e30f, "desc.radiance is 1.1e30; it must be 0..1e30");
     REFUSES(LSAMP_LIGHT_SUN, d.time = 2e9f, "desc.time is 2000000000; it must be -1e9..1e9");
     REFUSES(LSAMP_LIGHT_DISC, d.cosine_power = -0.5f, "desc.cosine_power is -0.5; it must be 0..100000");
     REFUSES(LSAMP_LIGHT_DISC, d.rotation = 1001, "desc.rotation is 1001; it must be -1000..1000");
