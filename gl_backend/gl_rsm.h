@@ -1836,7 +1836,7 @@ static const struct { char s0[396]; char end; } glbk__glsl_prog_rsm_direct_frag 
     "}\n", 0
 };
 
-static const struct { char s0[1410]; char end; } glbk__glsl_prog_rsm_fill_frag = {
+static const struct { char s0[1442]; char end; } glbk__glsl_prog_rsm_fill_frag = {
     "\n\n\nin vec3 rsm_place,rsm_facing;\n"
     "in vec2 rsm_uv;\n"
     "layout(location=0)out uvec4 rsm_out_place;\n"
@@ -1861,7 +1861,7 @@ static const struct { char s0[1410]; char end; } glbk__glsl_prog_rsm_fill_frag =
     "rsm_light l=rsm_bound();\n"
     "int face=int(glbk_rsm_drawn.face);\n"
     "vec3 r,u,a,flux=rsm_incident(l,face,ivec2(gl_FragCoord.xy))*l.value*color.xyz;\n"
-    "if(!(max(max(flux.x,flux.y),flux.z)<=1e18))flux=vec3(.0);\n"
+    "\nif(any(greaterThan(floatBitsToUint(flux)&0x7fffffffu,uvec3(0x5d5e0b6bu))))flux=vec3(.0);\n"
     "rsm_face_axes(l,face,r,u,a);\n"
     "float depth=dot(rsm_place-l.position,a);\n"
     "gl_FragDepth=clamp((depth-glbk_rsm_drawn.near_depth)*glbk_rsm_drawn.depth_scale,.0,1.);\n"

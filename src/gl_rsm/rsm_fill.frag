@@ -27,7 +27,8 @@ void main()
     rsm_light l = rsm_bound();
     int face = int(glbk_rsm_drawn.face);
     vec3 r, u, a, flux = rsm_incident(l, face, ivec2(gl_FragCoord.xy)) * l.value * color.xyz;
-    if (!(max(max(flux.x, flux.y), flux.z) <= 1e18)) flux = vec3(0.0);
+    // By bits, since compilers may turn comparisons round as if there were no NaNs: more than 1e18, or no number.
+    if (any(greaterThan(floatBitsToUint(flux) & 0x7fffffffu, uvec3(0x5d5e0b6bu)))) flux = vec3(0.0);
     rsm_face_axes(l, face, r, u, a);
     float depth = dot(rsm_place - l.position, a);
     gl_FragDepth = clamp((depth - glbk_rsm_drawn.near_depth) * glbk_rsm_drawn.depth_scale, 0.0, 1.0);

@@ -342,6 +342,165 @@ static void a_wall_is_imported_by_every_light_from_every_kind_of_texture(void **
     glbk_rsm_renderer_free(&t->gl, &r);
 }
 
+/* ---- a cube that does not lie along the light's axes ---- */
+
+/* A room about the light whose walls are 2, 2.5 and 3 away, as a face of GL's cube sees it. */
+static const double walls[3] = { 2, 2.5, 3 };
+
+static void room_face(pictures *p, const rsm_light *l, uint32_t face)
+{
+    uint32_t i, j;
+    memset(p, 0, sizeof *p);
+    for (j = 0; j < SIDE; j++)
+        for (i = 0; i < SIDE; i++) {
+            const size_t at = (size_t)j * SIDE + i;
+            double d[3], z = 1e30;
+            int k, wall = 0;
+            cube_direction(face, i, j, d);
+            for (k = 0; k < 3; k++)
+                if (walls[k] / fabs(d[k]) < z) z = walls[k] / fabs(d[k]), wall = k;
+            p->depth[at] = (float)stored_depth(l, z, 0);
+            p->normals[4 * at + (size_t)wall] = d[wall] > 0 ? -1.0f : 1.0f;
+            p->materials[at] = (uint32_t)wall;
+        }
+}
+
+/* Each texel has a place on a wall, which the cube's texel that its ray meets has seen: no farther from the ray than
+   half of that. m: the matrix of the map's face, whose rows are the light's axes. Returns the flux of all. */
+static double check_room(const float m[16], const rsm_texel *texels)
+{
+    double flux = 0;
+    uint32_t i, j;
+    for (j = 0; j < SIDE; j++)
+        for (i = 0; i < SIDE; i++) {
+            const rsm_texel *x = &texels[(size_t)j * SIDE + i];
+            const double u = (i + 0.5) * 2 / SIDE - 1, v = (j + 0.5) * 2 / SIDE - 1;
+            double d[3], q[3], most = 0, reach = 0, near_wall = 0, depth = 0;
+            int k;
+            for (k = 0; k < 3; k++) {
+                d[k] = (double)m[4 * k + 3] + u * (double)m[4 * k] + v * (double)m[4 * k + 1];
+                q[k] = (double)x->position[k] - (double)eye[k];
+                most = fmax(most, fabs(d[k]));
+                reach = fmax(reach, fabs(q[k]));
+                near_wall = fmax(near_wall, fabs(q[k]) / walls[k]);
+                depth += q[k] * (double)m[4 * k + 3];
+            }
+            assert_true(fabs(near_wall - 1) < 1e-5);
+            for (k = 0; k < 3; k++) assert_true(fabs(q[k] / reach - d[k] / most) < 1.0 / SIDE + 1e-5);
+            assert_true(x->material < 3 && fabs(fabs(q[x->material]) / walls[x->material] - 1) < 1e-5);
+            assert_true((double)x->normal[x->material] * q[x->material] < -0.99 * walls[x->material]);
+            assert_true(fabs((double)x->depth - depth) < 1e-5);
+            flux += (double)x->flux[0];
+        }
+    return flux;
+}
+
+/* Lights that look askew, with five and six faces: texels of the cube lie across two faces of theirs. A patch sends
+   value x pi, a spot value x 2 pi (1 - cos). */
+static void a_cube_need_not_lie_along_the_axes_of_the_light(void **state)
+{
+    GL_TEST(t, state)
+    static const rsm_light_kind kinds[] = { RSM_LIGHT_PATCH, RSM_LIGHT_SPOT };
+    static rsm_texel texels[TEXELS];
+    static pictures p;
+    glbk_rsm_renderer r = renderer_of(t);
+    uint32_t face;
+    int k;
+    for (k = 0; k < 2; k++) {
+        rsm_light l = lamp_of(kinds[k]);
+        const double pi = 3.14159265358979;
+        glbk_rsm_import in;
+        glbk_rsm_map map;
+        rsm_map *matrices;
+        rsm_desc desc;
+        double flux = 0, wanted;
+        float m[16];
+        own o;
+        set3(l.direction, 0.36, -0.8, -0.48);
+        set3(l.up, 0.3, 0.1, -0.7);
+        l.cone_half_angle = 2.5f;
+        memset(&desc, 0, sizeof desc);
+        desc.light = l;
+        desc.side = SIDE;
+        assert_int_equal(rsm_map_create(&desc, &matrices), RSM_OK);
+        assert_glbk(t, glbk_rsm_map_create(&t->gl, &l, SIDE, &map));
+        assert_int_equal(map.face_count, k ? 6 : 5);
+        o.depth = image(t, GLBK_FORMAT_DEPTH32F, CUBE);
+        o.normals = image(t, GLBK_FORMAT_RGBA32F, CUBE);
+        o.materials = image(t, GLBK_FORMAT_R32UI, CUBE);
+        for (face = 0; face < 6; face++) {
+            room_face(&p, &l, face);
+            put(t, &o.depth, CUBE, face, GL_DEPTH_COMPONENT, GLBK_GL_FLOAT, p.depth);
+            put(t, &o.normals, CUBE, face, GL_RGBA, GLBK_GL_FLOAT, p.normals);
+            put(t, &o.materials, CUBE, face, GL_RED_INTEGER, GLBK_GL_UNSIGNED_INT, p.materials);
+        }
+        in = import_of(&o, 0, CUBE, 0);
+        for (face = 0; face < map.face_count; face++) {
+            assert_int_equal(rsm_map_matrix(matrices, face, m), RSM_OK);
+            assert_glbk(t, glbk_rsm_map_import(&t->gl, &r, &map, face, &in));
+            assert_glbk(t, glbk_rsm_map_read(&t->gl, &map, face, texels));
+            flux += check_room(m, texels);
+        }
+        wanted = 3 * (double)ALBEDO * pi * (k ? 2 * (1 - cos(2.5)) : 1);
+        print_message("%s askew: flux %g of %g\n", k ? "spot" : "patch", flux, wanted);
+        assert_true(fabs(flux / wanted - 1) < 5e-3);
+        rsm_map_free(matrices);
+        glbk_rsm_map_free(&t->gl, &map);
+        glbk_texture_free(&t->gl, &o.depth);
+        glbk_texture_free(&t->gl, &o.normals);
+        glbk_texture_free(&t->gl, &o.materials);
+    }
+    glbk_rsm_renderer_free(&t->gl, &r);
+}
+
+/* ---- colours that are no numbers, in maps that are drawn ---- */
+
+/* GLSL of the user's gives one channel that is no number, or is endless, in half of the texels: these send no light,
+   and the others do. */
+static void a_colour_that_is_no_number_sends_no_light(void **state)
+{
+    GL_TEST(t, state)
+    static const char *const bits[] = { "0x7fc00000u", "0xffc00001u", "0x7f800000u", "0x7f7fffffu" };
+    static rsm_texel texels[TEXELS];
+    static const float wall[9] = { -2, -2, -1, 4, 0, 0, 0, 4, 0 };
+    model quad = model_quads(wall, 1);
+    rsm_mesh mesh = mesh_of(&quad, 0.5);
+    rsm_light l = lamp_of(RSM_LIGHT_SQUARE_SPOT);
+    glbk_rsm_map map;
+    scene s;
+    size_t k, i;
+    set3(l.position, 0, 0, 1);
+    scene_make(t, &s, &mesh, 1);
+    assert_glbk(t, glbk_rsm_map_create(&t->gl, &l, SIDE, &map));
+    for (k = 0; k < sizeof bits / sizeof bits[0]; k++) {
+        glbk_rsm_renderer r;
+        glbk_rsm_renderer_desc d;
+        size_t dark = 0;
+        char fragment[200];
+        snprintf(fragment, sizeof fragment,
+                 "bool glbk_fragment(vec2 uv, inout vec4 color)\n{\n"
+                 "    if (gl_FragCoord.x < 8.0) color.g = uintBitsToFloat(%s ^ uint(gl_FragCoord.y > 99.0));\n"
+                 "    return true;\n}\n", bits[k]);
+        memset(&d, 0, sizeof d);
+        d.width = d.height = 4;
+        d.attributes.fragment = fragment;
+        assert_glbk(t, glbk_rsm_renderer_create(&t->gl, &d, &r));
+        assert_glbk(t, glbk_rsm_map_draw(&t->gl, &r, &map, scene_draw, &s));
+        assert_glbk(t, glbk_rsm_map_read(&t->gl, &map, 0, texels));
+        for (i = 0; i < TEXELS; i++) {
+            const int odd = i % SIDE < 8;
+            assert_true(texels[i].depth < 3);
+            dark += texels[i].flux[0] == 0 && texels[i].flux[1] == 0 && texels[i].flux[2] == 0;
+            if (!odd) assert_true(texels[i].flux[0] > 0 && texels[i].flux[1] > 0 && texels[i].flux[2] > 0);
+        }
+        assert_int_equal(dark, TEXELS / 2);
+        glbk_rsm_renderer_free(&t->gl, &r);
+    }
+    scene_free(t, &s);
+    glbk_rsm_map_free(&t->gl, &map);
+    model_free(&quad);
+}
+
 /* ---- against the map that glbk_rsm_map_draw draws ---- */
 
 /* A room open to the front with a box in it that stands askew. */
@@ -719,6 +878,8 @@ static void flux_is_taken_as_it_is_and_bad_texels_are_empty(void **state)
 int main(int count, char **values)
 {
     struct CMUnitTest tests[] = { gl_unit_test(a_wall_is_imported_by_every_light_from_every_kind_of_texture),
+                                  gl_unit_test(a_cube_need_not_lie_along_the_axes_of_the_light),
+                                  gl_unit_test(a_colour_that_is_no_number_sends_no_light),
                                   gl_unit_test(what_the_user_drew_becomes_the_map_that_would_be_drawn),
                                   gl_unit_test(bad_imports_are_refused_with_their_field),
                                   gl_unit_test(flux_is_taken_as_it_is_and_bad_texels_are_empty) };
