@@ -93,7 +93,7 @@ async function start() {
     const dapple = await attach(renderer.getContext());
     const maps = dapple.maps([block]);
     const uniforms = { dappleWidth: { value: 0.1 }, dappleSun: { value: new THREE.Vector3(0, 1, 0) } };
-    const glsl = dapple.glsl({ defines: maps.defines });
+    const glsl = dapple.glsl({ defines: `${maps.defines} COHSM_ONE_LIGHT=0 COHSM_ONE_FILTER=2` });      // as it asks
     addShadow(knot.material, glsl, 1, uniforms);
     addShadow(ground.material, glsl, 0, uniforms);
     place(maps);

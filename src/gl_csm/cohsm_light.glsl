@@ -3,7 +3,8 @@
 // lightsampling.h.
 //
 // COHSM_LIGHT_TEXEL(i) is texel i of the table of lights, a uvec4, as glbk_csm_light_write writes it
-// (docs/gpu-layouts.md).
+// (docs/gpu-layouts.md). COHSM_ONE_SHAPE may be defined as the shape of all lights; the code for others is gone
+// then.
 // uses: cohsm_math
 #ifndef COHSM_LIGHT_TEXEL
 #error "cohsm_light.glsl needs COHSM_LIGHT_TEXEL(i), the uvec4 at texel i of the lights"
@@ -18,6 +19,11 @@
 #define COHSM_SHAPE_DISC 7u
 #define COHSM_SHAPE_SPHERE 8u
 #define COHSM_SHAPE_MESH 10u    // a table of triangles: u.x picks one by area, y and z a point in it
+#ifdef COHSM_ONE_SHAPE
+#define COHSM_SHAPE_OF(l) uint(COHSM_ONE_SHAPE)
+#else
+#define COHSM_SHAPE_OF(l) l.shape
+#endif
 #define COHSM_INFINITY 3.402823466e38
 
 struct cohsm_light {
@@ -107,7 +113,7 @@ bool cohsm_light_textured(const in cohsm_light l) { return (l.flags & 1u) != 0u;
 // Sun, point and spot cannot be hit.
 bool cohsm_light_is_delta(const in cohsm_light l)
 {
-    return l.shape >= COHSM_SHAPE_SUN && l.shape <= COHSM_SHAPE_SPOT;
+    return COHSM_SHAPE_OF(l) >= COHSM_SHAPE_SUN && COHSM_SHAPE_OF(l) <= COHSM_SHAPE_SPOT;
 }
 
 // Returns the cell of `count` that x in 0..1 falls into.
@@ -284,17 +290,17 @@ bool cohsm_aim_at(const in cohsm_light l, vec3 p, out cohsm_aim a)
     vec3 d = l.origin - p;
     float r = l.radius;
     a = cohsm_aim(p, vec3(0.0), 0.0, 0.0, 0.0, 0.0, vec4(0.0), vec4(0.0));
-    if (l.shape == COHSM_SHAPE_RECTANGLE) {
+    if (COHSM_SHAPE_OF(l) == COHSM_SHAPE_RECTANGLE) {
         if (!(dot(l.n, d) < 0.0)) return false;
         if ((l.flags & 2u) != 0u && !cohsm_light_textured(l)) cohsm_rectangle_aim(l, a);
         if (!(a.solid_pdf > 0.0)) a.solid = cohsm_flat_solid(l.n, d + (l.u + l.v) * 0.5, l.area);
         return true;
     }
-    if (l.shape == COHSM_SHAPE_DISC) {
+    if (COHSM_SHAPE_OF(l) == COHSM_SHAPE_DISC) {
         a.solid = cohsm_flat_solid(l.n, d, l.area);
         return dot(l.n, d) < 0.0;
     }
-    if (l.shape == COHSM_SHAPE_SPHERE) {
+    if (COHSM_SHAPE_OF(l) == COHSM_SHAPE_SPHERE) {
         a.range = sqrt(dot(d, d));
         if (!(a.range > r)) return false;
         a.axis = d * (1.0 / a.range);
@@ -304,7 +310,7 @@ bool cohsm_aim_at(const in cohsm_light l, vec3 p, out cohsm_aim a)
         if (!cohsm_light_textured(l) && a.spread > 0.0) a.solid_pdf = 1.0 / a.solid;
         return true;
     }
-    if (l.shape == COHSM_SHAPE_LINE) {
+    if (COHSM_SHAPE_OF(l) == COHSM_SHAPE_LINE) {
         float s = dot(d, l.n);
         d = l.n * s - d;
         a.range = sqrt(dot(d, d));
@@ -365,12 +371,12 @@ bool cohsm_delta_draw(const in cohsm_light l, const in cohsm_aim a, inout cohsm_
     e.pdf = 1.0;
     e.range = COHSM_INFINITY;
     e.direction = l.n;
-    if (l.shape != COHSM_SHAPE_SUN) {
+    if (COHSM_SHAPE_OF(l) != COHSM_SHAPE_SUN) {
         vec3 d = l.origin - a.p;
         float range = sqrt(dot(d, d));
         if (!(range > 0.0) || !cohsm_finite(range)) return false;
         e.direction = d * (1.0 / range);
-        if (l.shape == COHSM_SHAPE_SPOT && -dot(e.direction, l.n) < l.cos_cone) return false;
+        if (COHSM_SHAPE_OF(l) == COHSM_SHAPE_SPOT && -dot(e.direction, l.n) < l.cos_cone) return false;
         scale = 1.0 / (range * range);
         e.range = range;
     }
@@ -402,14 +408,15 @@ bool cohsm_mesh_draw(const in cohsm_light l, const in cohsm_aim a, vec3 u, inout
 bool cohsm_light_draw(const in cohsm_light l, const in cohsm_aim a, vec3 u, out cohsm_emission e)
 {
     e = cohsm_emission(vec3(0.0), 0.0, vec3(0.0), vec3(0.0), 0.0);
-    if (l.shape == COHSM_SHAPE_ENVIRONMENT) return cohsm_environment_draw(l, u.xy, e);
-    if (cohsm_light_is_delta(l)) return cohsm_delta_draw(l, a, e);
-    if (l.shape == COHSM_SHAPE_SPHERE) return cohsm_sphere_draw(l, a, u.xy, e);
-    if (l.shape == COHSM_SHAPE_MESH) return cohsm_mesh_draw(l, a, u, e);
+    if (COHSM_SHAPE_OF(l) == COHSM_SHAPE_ENVIRONMENT) return cohsm_environment_draw(l, u.xy, e);
+    if (COHSM_SHAPE_OF(l) >= COHSM_SHAPE_SUN && COHSM_SHAPE_OF(l) <= COHSM_SHAPE_SPOT)
+        return cohsm_delta_draw(l, a, e);
+    if (COHSM_SHAPE_OF(l) == COHSM_SHAPE_SPHERE) return cohsm_sphere_draw(l, a, u.xy, e);
+    if (COHSM_SHAPE_OF(l) == COHSM_SHAPE_MESH) return cohsm_mesh_draw(l, a, u, e);
     vec2 x = a.solid_pdf > 0.0 ? cohsm_rectangle_pick(a, u.xy) : cohsm_pick_coords(l, u.xy);
-    if (l.shape == COHSM_SHAPE_LINE) return cohsm_line_at(l, a, x.x, (2.0 * u.y - 1.0) * a.spread, e);
+    if (COHSM_SHAPE_OF(l) == COHSM_SHAPE_LINE) return cohsm_line_at(l, a, x.x, (2.0 * u.y - 1.0) * a.spread, e);
     vec3 q;
-    if (l.shape == COHSM_SHAPE_DISC) {
+    if (COHSM_SHAPE_OF(l) == COHSM_SHAPE_DISC) {
         vec2 p = cohsm_concentric(x);
         q = l.origin + (l.ex * p.x + l.ey * p.y) * l.radius;
     } else
@@ -425,7 +432,7 @@ bool cohsm_plane_hit(const in cohsm_light l, const in cohsm_aim a, vec3 w, inout
     if (!(slope > 1e-7) || !(height > 0.0)) return false;
     d += w * (height / slope);
     vec2 x = vec2(dot(d, l.ex), dot(d, l.ey));
-    if (l.shape == COHSM_SHAPE_DISC) {
+    if (COHSM_SHAPE_OF(l) == COHSM_SHAPE_DISC) {
         x /= l.radius;
         if (!(x.x * x.x + x.y * x.y < 1.0)) return false;
         x = cohsm_disc_square(x);
@@ -437,7 +444,7 @@ bool cohsm_plane_hit(const in cohsm_light l, const in cohsm_aim a, vec3 w, inout
 // Finds where a ray hits a sphere or line: at the nearer root, measured from the foot of the perpendicular.
 bool cohsm_round_hit(const in cohsm_light l, const in cohsm_aim a, vec3 w, inout cohsm_emission e)
 {
-    bool line = l.shape == COHSM_SHAPE_LINE;
+    bool line = COHSM_SHAPE_OF(l) == COHSM_SHAPE_LINE;
     vec3 d = cohsm_if(line, a.axis * -a.range, l.origin - a.p), v = cohsm_if(line, w - l.n * dot(w, l.n), w);
     float square = dot(v, v);
     if (!(square > 1e-14)) return false;
@@ -458,8 +465,8 @@ bool cohsm_round_hit(const in cohsm_light l, const in cohsm_aim a, vec3 w, inout
 bool cohsm_light_hit(const in cohsm_light l, const in cohsm_aim a, vec3 w, out cohsm_emission e)
 {
     e = cohsm_emission(vec3(0.0), 0.0, vec3(0.0), vec3(0.0), 0.0);
-    if (l.shape == COHSM_SHAPE_ENVIRONMENT) return cohsm_environment_hit(l, w, e);
-    if (l.shape == COHSM_SHAPE_RECTANGLE || l.shape == COHSM_SHAPE_DISC) return cohsm_plane_hit(l, a, w, e);
-    if (l.shape == COHSM_SHAPE_SPHERE || l.shape == COHSM_SHAPE_LINE) return cohsm_round_hit(l, a, w, e);
+    if (COHSM_SHAPE_OF(l) == COHSM_SHAPE_ENVIRONMENT) return cohsm_environment_hit(l, w, e);
+    if (COHSM_SHAPE_OF(l) == COHSM_SHAPE_RECTANGLE || COHSM_SHAPE_OF(l) == COHSM_SHAPE_DISC) return cohsm_plane_hit(l, a, w, e);
+    if (COHSM_SHAPE_OF(l) == COHSM_SHAPE_SPHERE || COHSM_SHAPE_OF(l) == COHSM_SHAPE_LINE) return cohsm_round_hit(l, a, w, e);
     return false;
 }

@@ -9,6 +9,34 @@
 #error "cohsm_lookup.glsl needs COHSM_TEXEL(i), the uvec4 at texel i of the blocks"
 #endif
 
+// What a program knows as a constant is compared as one, so that compilers drop the other code at once, before
+// they put all calls in line: code that is only found dead later takes most of the time.
+#ifdef COHSM_ONE_DOMAIN
+#define COHSM_DOMAIN_OF(m) uint(COHSM_ONE_DOMAIN)
+#else
+#define COHSM_DOMAIN_OF(m) m.domain
+#endif
+#if defined(COHSM_ONE_DOMAIN) && COHSM_ONE_DOMAIN < 8
+#define COHSM_POSITIONAL(m) (COHSM_ONE_DOMAIN > 2)
+#else
+#define COHSM_POSITIONAL(m) m.positional
+#endif
+#ifdef COHSM_ONE_ORDER
+#define COHSM_ORDER_OF(m) uint(COHSM_ONE_ORDER)
+#else
+#define COHSM_ORDER_OF(m) m.order
+#endif
+#ifdef COHSM_ONE_ORIENTATION
+#define COHSM_ORIENTATION_OF(m) uint(COHSM_ONE_ORIENTATION)
+#else
+#define COHSM_ORIENTATION_OF(m) m.orientation
+#endif
+#ifdef COHSM_ONE_LAYOUT
+#define COHSM_FAST(m) (COHSM_ONE_LAYOUT > 1)
+#else
+#define COHSM_FAST(m) m.fast
+#endif
+
 #define COHSM_DOMAIN_LATLONG 1u
 #define COHSM_DOMAIN_OCTAHEDRAL 2u
 #define COHSM_DOMAIN_DISC 5u
@@ -400,8 +428,8 @@ uint cohsm_listed_depth(const in cohsm_maps m, uint pixel, uint place)
 uint cohsm_stored_depth(const in cohsm_maps m, uint pixel, uint place)
 {
     uint depth = 0u;
-    if (m.fast) depth = cohsm_tray_depth(m, pixel, place);
-    if (!m.fast) depth = cohsm_listed_depth(m, pixel, place);
+    if (COHSM_FAST(m)) depth = cohsm_tray_depth(m, pixel, place);
+    if (!COHSM_FAST(m)) depth = cohsm_listed_depth(m, pixel, place);
     return depth;
 }
 
@@ -410,12 +438,13 @@ uint cohsm_stored_depth(const in cohsm_maps m, uint pixel, uint place)
 uvec4 cohsm_stored_depths(const in cohsm_maps m, uvec4 pixels, uint place)
 {
     uvec4 depths = uvec4(0u);
-    if (m.fast)
+    if (COHSM_FAST(m))
         depths = uvec4(cohsm_tray_depth(m, pixels.x, place), cohsm_tray_depth(m, pixels.y, place),
                        cohsm_tray_depth(m, pixels.z, place), cohsm_tray_depth(m, pixels.w, place));
-    for (int i = 0; i < 4 && !m.fast; i++) {
-        depths = uvec4(depths.yzw, cohsm_listed_depth(m, pixels.x, place));
-        pixels = pixels.yzwx;
-    }
+    if (!COHSM_FAST(m))
+        for (int i = 0; i < 4; i++) {
+            depths = uvec4(depths.yzw, cohsm_listed_depth(m, pixels.x, place));
+            pixels = pixels.yzwx;
+        }
     return depths;
 }

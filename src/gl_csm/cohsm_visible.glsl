@@ -1,6 +1,7 @@
 // cohsm_visible - says whether a point is lit: by distant, local or semi-local light, with all filters, by
 // the maps of one object or of a scene of instances. It needs what cohsm_lookup.glsl needs. C twins:
-// cohsm_visible and cohsm_visible_scene of csm.h, for one sample.
+// cohsm_visible and cohsm_visible_scene of csm.h, for one sample. COHSM_ONE_LIGHT and COHSM_ONE_FILTER may be
+// defined as the number that all queries have there; the code for others is gone then.
 //
 //     cohsm_maps maps = cohsm_open(0u);
 //     cohsm_query query = cohsm_ask(COHSM_LIGHT_DIRECTION, COHSM_FILTER_PCF, 1.0);
@@ -14,6 +15,16 @@
 #define COHSM_FILTER_NEAREST 0
 #define COHSM_FILTER_PCF 1          // 4 pixels of each of 2^d maps, weighted
 #define COHSM_FILTER_ROULETTE 2     // one of these pixels at random
+#ifdef COHSM_ONE_LIGHT
+#define COHSM_LIGHT_OF(q) COHSM_ONE_LIGHT
+#else
+#define COHSM_LIGHT_OF(q) q.light
+#endif
+#ifdef COHSM_ONE_FILTER
+#define COHSM_FILTER_OF(q) COHSM_ONE_FILTER
+#else
+#define COHSM_FILTER_OF(q) q.filtering
+#endif
 #define COHSM_REFUSED (-1.0)        // the light lies inside an object's hull
 #define COHSM_NO_PIXEL 0xffffffffu  // of a point beside the map, which is lit
 
@@ -43,10 +54,10 @@ vec3 cohsm_affine(const in cohsm_maps m, float s, float t, float r)
 // Returns D at coordinates s in 0..1: a unit direction or a position.
 vec3 cohsm_map_parameter(const in cohsm_maps m, vec3 s)
 {
-    if (m.domain == COHSM_DOMAIN_OCTAHEDRAL) return cohsm_octa_direction(s.xy);
-    if (m.domain == COHSM_DOMAIN_LATLONG || m.domain == COHSM_DOMAIN_SPHERE) {
+    if (COHSM_DOMAIN_OF(m) == COHSM_DOMAIN_OCTAHEDRAL) return cohsm_octa_direction(s.xy);
+    if (COHSM_DOMAIN_OF(m) == COHSM_DOMAIN_LATLONG || COHSM_DOMAIN_OF(m) == COHSM_DOMAIN_SPHERE) {
         vec2 around = cohsm_sincos((s.x - 0.5) * 6.28318531);
-        if (m.domain == COHSM_DOMAIN_LATLONG) {
+        if (COHSM_DOMAIN_OF(m) == COHSM_DOMAIN_LATLONG) {
             vec2 down = cohsm_sincos(s.y * 3.14159265);
             return vec3(down.x * around.y, down.y, down.x * around.x);
         }
@@ -54,7 +65,7 @@ vec3 cohsm_map_parameter(const in cohsm_maps m, vec3 s)
         vec3 u = cohsm_floats(m, 36u);
         return cohsm_floats(m, 33u) + vec3(ring * around.y, y, ring * around.x) * sqrt(dot(u, u));
     }
-    if (m.domain == COHSM_DOMAIN_DISC) {
+    if (COHSM_DOMAIN_OF(m) == COHSM_DOMAIN_DISC) {
         vec2 p = cohsm_concentric(s.xy);
         return cohsm_affine(m, p.x, p.y, 0.0);
     }
@@ -73,7 +84,8 @@ uvec3 cohsm_cell_split(const in cohsm_maps m, uint cell)
 // Returns the direction or position of the map of a cell.
 vec3 cohsm_cell_location(const in cohsm_maps m, uvec3 c)
 {
-    if (m.domain >= COHSM_DOMAIN_TABLE) return cohsm_floats(m, m.locations_at + 4u * cohsm_cell(m, c));
+    if (COHSM_DOMAIN_OF(m) >= COHSM_DOMAIN_TABLE)
+        return cohsm_floats(m, m.locations_at + 4u * cohsm_cell(m, c));
     return cohsm_map_parameter(m, (vec3(c) + 0.5) / vec3(m.side));
 }
 
@@ -81,20 +93,20 @@ vec3 cohsm_cell_location(const in cohsm_maps m, uvec3 c)
 void cohsm_axes(const in cohsm_maps m, uvec3 c, out vec3 right, out vec3 up, out vec3 back)
 {
     back = cohsm_cell_location(m, c);
-    if (m.orientation == COHSM_ORIENTATION_POLAR && m.domain == COHSM_DOMAIN_LATLONG) {
+    if (COHSM_ORIENTATION_OF(m) == COHSM_ORIENTATION_POLAR && COHSM_DOMAIN_OF(m) == COHSM_DOMAIN_LATLONG) {
         vec2 around = cohsm_sincos(((float(c.x) + 0.5) / float(m.side.x) - 0.5) * 6.28318531);
         vec2 down = cohsm_sincos((float(c.y) + 0.5) / float(m.side.y) * 3.14159265);
         right = vec3(-around.x, 0.0, around.y);
         up = vec3(-down.y * around.y, down.x, -down.y * around.x);
         return;
     }
-    if (m.orientation == COHSM_ORIENTATION_POLAR) {
+    if (COHSM_ORIENTATION_OF(m) == COHSM_ORIENTATION_POLAR) {
         float h = sqrt(back.x * back.x + back.z * back.z);
         right = cohsm_if(h > 1e-6, vec3(-back.z / h, 0.0, back.x / h), vec3(0.0, 0.0, 1.0));
         up = cross(right, back);
         return;
     }
-    float s = m.orientation == COHSM_ORIENTATION_MINIMAL || back.y >= 0.0 ? 1.0 : -1.0;
+    float s = COHSM_ORIENTATION_OF(m) == COHSM_ORIENTATION_MINIMAL || back.y >= 0.0 ? 1.0 : -1.0;
     if (abs(s + back.y) < 1e-6) {
         right = vec3(1.0, 0.0, 0.0);
         up = vec3(0.0, 0.0, 1.0);
@@ -118,7 +130,7 @@ vec3 cohsm_domain_position(const in cohsm_maps m, vec3 light, int kind)
 {
     vec3 u = light, top = vec3(m.side);
     if (kind == COHSM_LIGHT_DIRECTION || kind == COHSM_LIGHT_POSITION) {
-        if (m.domain == COHSM_DOMAIN_LATLONG) {
+        if (COHSM_DOMAIN_OF(m) == COHSM_DOMAIN_LATLONG) {
             u.x = 0.5 + cohsm_atan2(light.z, light.x) * 0.159154943;
             u.y = cohsm_acos(light.y / sqrt(dot(light, light))) * 0.318309886;
         } else
@@ -133,12 +145,12 @@ vec3 cohsm_domain_position(const in cohsm_maps m, vec3 light, int kind)
 uvec3 cohsm_wrap(const in cohsm_maps m, ivec3 c)
 {
     ivec3 n = ivec3(m.side);
-    if (m.domain == COHSM_DOMAIN_LATLONG || m.domain == COHSM_DOMAIN_SPHERE) {
+    if (COHSM_DOMAIN_OF(m) == COHSM_DOMAIN_LATLONG || COHSM_DOMAIN_OF(m) == COHSM_DOMAIN_SPHERE) {
         if (c.y < 0 || c.y >= n.y) c.x += n.x / 2;
         if (c.x < 0) c.x += n.x;
         if (c.x >= n.x) c.x -= n.x;
         if (c.x >= n.x) c.x -= n.x;
-    } else if (m.domain == COHSM_DOMAIN_OCTAHEDRAL) {
+    } else if (COHSM_DOMAIN_OF(m) == COHSM_DOMAIN_OCTAHEDRAL) {
         if (c.x < 0 || c.x >= n.x) c.y = n.y - 1 - c.y;
         else if (c.y < 0 || c.y >= n.y) c.x = n.x - 1 - c.x;
     }
@@ -148,12 +160,13 @@ uvec3 cohsm_wrap(const in cohsm_maps m, ivec3 c)
 // Returns the place of a cell in the sequence of maps.
 uint cohsm_place(const in cohsm_maps m, uvec3 c)
 {
-    bool theta = m.order == COHSM_ORDER_ZIGZAG_THETA, zigzag = theta || m.order == COHSM_ORDER_ZIGZAG;
+    bool theta = COHSM_ORDER_OF(m) == COHSM_ORDER_ZIGZAG_THETA;
+    bool zigzag = theta || COHSM_ORDER_OF(m) == COHSM_ORDER_ZIGZAG;
     uvec2 n = cohsm_if(theta, m.side.yx, m.side.xy), p = cohsm_if(theta, c.yx, c.xy);
     uint line = cohsm_if((c.z & 1u) != 0u, n.y - 1u - p.y, p.y) + n.y * c.z;
     uint along = line * n.x + cohsm_if((line & 1u) != 0u, n.x - 1u - p.x, p.x), cell = cohsm_cell(m, c);
     uint place = zigzag ? along : cell;
-    if (m.order == COHSM_ORDER_HILBERT) {
+    if (COHSM_ORDER_OF(m) == COHSM_ORDER_HILBERT) {
         bool halves = m.map_count <= 65536u;
         uint word = cohsm_word(m, m.order_at + cohsm_if(halves, cell >> 1, cell));
         place = cohsm_if(halves, (word >> (16u * (cell & 1u))) & 0xffffu, word);
@@ -180,7 +193,7 @@ vec3 cohsm_see(const in cohsm_maps m, uvec3 c, vec3 p, float bias, out uint face
 {
     float size = float(m.map_size), middle = 0.5 * size;
     face = 0u;
-    if (!m.positional) {
+    if (!COHSM_POSITIONAL(m)) {
         vec3 right, up, back;
         cohsm_axes(m, c, right, up, back);
         return vec3(dot(p, right) * middle + middle, dot(p, up) * middle + middle,
@@ -203,7 +216,7 @@ int cohsm_compared_depth(float depth)
 uint cohsm_pixel(const in cohsm_maps m, vec2 at)
 {
     float top = float(m.map_size);
-    if (m.positional) {                                 // rounding may leave the face by a hair
+    if (COHSM_POSITIONAL(m)) {                                 // rounding may leave the face by a hair
         at.x = cohsm_if(at.x < 0.0, 0.0, cohsm_if(at.x >= top, top - 0.5, at.x));
         at.y = cohsm_if(at.y < 0.0, 0.0, cohsm_if(at.y >= top, top - 0.5, at.y));
     }
@@ -307,40 +320,41 @@ bool cohsm_usable(vec3 light)
 // Returns by how much roulette moves a coordinate before it is rounded down, 0..1; 0.5 rounds to the nearest.
 float cohsm_jitter(const in cohsm_query q, uint dimension)
 {
-    return q.filtering == COHSM_FILTER_ROULETTE ? cohsm_random(q.seed, q.id, dimension) : 0.5;
+    return COHSM_FILTER_OF(q) == COHSM_FILTER_ROULETTE ? cohsm_random(q.seed, q.id, dimension) : 0.5;
 }
 
 // Returns what cohsm_visible does; p and, for COHSM_LIGHT_POSITION, light are in radii about the sphere's
 // centre.
 float cohsm_visible_unit(const in cohsm_maps m, const in cohsm_query q, vec3 p, vec3 light)
 {
-    bool by_index = q.light == COHSM_LIGHT_INDEX;
-    if (q.light == COHSM_LIGHT_PARAMETER)
+    if (COHSM_LIGHT_OF(q) == COHSM_LIGHT_PARAMETER)
         light = vec3(light.x, cohsm_used(m, light, 0.0).yz);
-    if (!by_index && !cohsm_finite3(light)) return 1.0;
-    if (q.light == COHSM_LIGHT_POSITION) {
+    if (COHSM_LIGHT_OF(q) != COHSM_LIGHT_INDEX && !cohsm_finite3(light)) return 1.0;
+    if (COHSM_LIGHT_OF(q) == COHSM_LIGHT_POSITION) {
         int hull = cohsm_hull(m, p, light);
         if (hull != 1) return hull == 2 ? COHSM_REFUSED : 1.0;
         light -= p;
     }
     if (!cohsm_finite3(p)) return 1.0;
-    if (q.light < COHSM_LIGHT_PARAMETER && !cohsm_usable(light)) return 1.0;
-    vec3 at = by_index ? vec3(0.0) : cohsm_domain_position(m, light, q.light);
+    if (COHSM_LIGHT_OF(q) < COHSM_LIGHT_PARAMETER && !cohsm_usable(light)) return 1.0;
+    vec3 at = COHSM_LIGHT_OF(q) == COHSM_LIGHT_INDEX ? vec3(0.0)
+                                                     : cohsm_domain_position(m, light, COHSM_LIGHT_OF(q));
     uvec3 c;
-    if (by_index) {
+    if (COHSM_LIGHT_OF(q) == COHSM_LIGHT_INDEX) {
         if (floatBitsToUint(light.x) >= m.map_count) return 1.0;
         c = cohsm_cell_split(m, floatBitsToUint(light.x));
     } else {
         vec3 jitter = cohsm_used(m, vec3(cohsm_jitter(q, 0u), cohsm_jitter(q, 1u), cohsm_jitter(q, 2u)), 0.5);
         c = cohsm_wrap(m, ivec3(floor(at + jitter)));
     }
-    if (q.filtering == COHSM_FILTER_PCF) {
-        float dark = by_index ? cohsm_pcf_map(m, c, p, q.bias) : cohsm_pcf(m, at, p, q.bias);
+    if (COHSM_FILTER_OF(q) == COHSM_FILTER_PCF) {
+        float dark = COHSM_LIGHT_OF(q) == COHSM_LIGHT_INDEX ? cohsm_pcf_map(m, c, p, q.bias)
+                                                            : cohsm_pcf(m, at, p, q.bias);
         return cohsm_if(dark >= 0.999999, 0.0, 1.0 - dark);
     }
     uint face;
     vec3 seen = cohsm_see(m, c, p, q.bias, face);
-    if (q.filtering == COHSM_FILTER_ROULETTE)
+    if (COHSM_FILTER_OF(q) == COHSM_FILTER_ROULETTE)
         seen.xy += vec2(cohsm_jitter(q, 3u) - 0.5, cohsm_jitter(q, 4u) - 0.5);
     int depth = cohsm_compared_depth(seen.z);
     uint pixel = depth < 0 ? COHSM_NO_PIXEL : cohsm_pixel(m, seen.xy);
@@ -352,7 +366,7 @@ float cohsm_visible_unit(const in cohsm_maps m, const in cohsm_query q, vec3 p, 
 float cohsm_visible(const in cohsm_maps m, const in cohsm_query q, vec3 point, vec3 light)
 {
     float scale = 1.0 / m.radius;
-    if (q.light == COHSM_LIGHT_POSITION) light = (light - m.center) * scale;
+    if (COHSM_LIGHT_OF(q) == COHSM_LIGHT_POSITION) light = (light - m.center) * scale;
     return cohsm_visible_unit(m, q, (point - m.center) * scale, light);
 }
 
@@ -375,10 +389,10 @@ bool cohsm_misses(vec4 sphere, vec2 cone, const in cohsm_query q, vec3 point, ve
 {
     vec3 p = point - sphere.xyz;
     float reach = sphere.w, slope = 0.0, size, along, t, wide;
-    bool segment = q.light == COHSM_LIGHT_POSITION;
+    bool segment = COHSM_LIGHT_OF(q) == COHSM_LIGHT_POSITION;
     if (segment) light -= point;
     else {
-        slope = cone.x * cohsm_if(q.filtering == COHSM_FILTER_NEAREST, 0.5, 1.0) + 2e-3;
+        slope = cone.x * cohsm_if(COHSM_FILTER_OF(q) == COHSM_FILTER_NEAREST, 0.5, 1.0) + 2e-3;
         if (slope >= 1.0) return false;
         slope *= 1.0 + 0.558 * slope * slope;       // no less than the tangent, up to 1
         reach = cone.y;
@@ -411,9 +425,10 @@ float cohsm_visible_instance(uint table, uint i, cohsm_query q, vec3 point, vec3
     cohsm_maps m = cohsm_instance_maps(table, i);
     float scale = 1.0 / m.radius;
     point = vec3(dot(x.xyz, point) + x.w, dot(y.xyz, point) + y.w, dot(z.xyz, point) + z.w);
-    if (q.light < COHSM_LIGHT_PARAMETER) {
+    if (COHSM_LIGHT_OF(q) < COHSM_LIGHT_PARAMETER) {
         light = vec3(dot(x.xyz, light), dot(y.xyz, light), dot(z.xyz, light));
-        if (q.light == COHSM_LIGHT_POSITION) light = (light + vec3(x.w, y.w, z.w) - m.center) * scale;
+        if (COHSM_LIGHT_OF(q) == COHSM_LIGHT_POSITION)
+            light = (light + vec3(x.w, y.w, z.w) - m.center) * scale;
     }
     q.seed += 0x9e3779b9u * i;          // roulette: each instance draws for itself
     return cohsm_visible_unit(m, q, (point - m.center) * scale, light);
@@ -425,10 +440,10 @@ float cohsm_instance_note(uint table, uint i) { return uintBitsToFloat(COHSM_INS
 // Returns whether the way to the light surely misses instance i. It reads one texel, or two for directions.
 bool cohsm_misses_instance(uint table, uint i, const in cohsm_query q, vec3 point, vec3 light)
 {
-    if (q.light >= COHSM_LIGHT_PARAMETER) return false;
+    if (COHSM_LIGHT_OF(q) >= COHSM_LIGHT_PARAMETER) return false;
     vec4 sphere = uintBitsToFloat(COHSM_INSTANCE(table, i, 4u));
     vec2 cone = vec2(0.0);
-    if (q.light == COHSM_LIGHT_DIRECTION) cone = uintBitsToFloat(COHSM_INSTANCE(table, i, 3u).zw);
+    if (COHSM_LIGHT_OF(q) == COHSM_LIGHT_DIRECTION) cone = uintBitsToFloat(COHSM_INSTANCE(table, i, 3u).zw);
     return cohsm_misses(sphere, cone, q, point, light);
 }
 

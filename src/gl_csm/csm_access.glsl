@@ -6,3 +6,13 @@
 #ifndef COHSM_LOBES
 #define COHSM_LOBES 1
 #endif
+// What the programs csm_* have as constants.
+#ifdef CSM_ASK
+#define COHSM_ONE_LIGHT CSM_ASK
+#endif
+#ifdef CSM_FILTER
+#define COHSM_ONE_FILTER CSM_FILTER
+#endif
+#ifdef CSM_SHAPE
+#define COHSM_ONE_SHAPE CSM_SHAPE
+#endif
