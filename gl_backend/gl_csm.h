@@ -1256,7 +1256,7 @@ static const struct { char s0[2751]; char end; } glbk__glsl_lib_cohsm_estimate_g
 };
 
 static const struct { char s0[3995]; char s1[3993]; char s2[3966];
-    char s3[1385]; char end; } glbk__glsl_lib_cohsm_light_glsl = {
+    char s3[1387]; char end; } glbk__glsl_lib_cohsm_light_glsl = {
     "\n\n\n\n\n\n\n\n#ifndef COHSM_LIGHT_TEXEL\n"
     "#error \"cohsm_light.glsl needs COHSM_LIGHT_TEXEL(i), the uvec4 at texel i of the lights\"\n"
     "#endif\n"
@@ -1646,8 +1646,10 @@ static const struct { char s0[3995]; char s1[3993]; char s2[3966];
     "{\n"
     "e=cohsm_emission(vec3(.0),.0,vec3(.0),vec3(.0),.0);\n"
     "if(COHSM_SHAPE_OF(l)==COHSM_SHAPE_ENVIRONMENT)return cohsm_environment_hit(l,w,e);\n"
-    "if(COHSM_SHAPE_OF(l)==COHSM_SHAPE_RECTANGLE||COHSM_SHAPE_OF(l)==COHSM_SHAPE_DISC)return cohsm_plane_hit(l,a,w,e);\n"
-    "if(COHSM_SHAPE_OF(l)==COHSM_SHAPE_SPHERE||COHSM_SHAPE_OF(l)==COHSM_SHAPE_LINE)return cohsm_round_hit(l,a,w,e);\n"
+    "if(COHSM_SHAPE_OF(l)==COHSM_SHAPE_RECTANGLE||COHSM_SHAPE_OF(l)==COHSM_SHAPE_DISC)\n"
+    "return cohsm_plane_hit(l,a,w,e);\n"
+    "if(COHSM_SHAPE_OF(l)==COHSM_SHAPE_SPHERE||COHSM_SHAPE_OF(l)==COHSM_SHAPE_LINE)\n"
+    "return cohsm_round_hit(l,a,w,e);\n"
     "return false;\n"
     "}\n", 0
 };

@@ -466,7 +466,9 @@ bool cohsm_light_hit(const in cohsm_light l, const in cohsm_aim a, vec3 w, out c
 {
     e = cohsm_emission(vec3(0.0), 0.0, vec3(0.0), vec3(0.0), 0.0);
     if (COHSM_SHAPE_OF(l) == COHSM_SHAPE_ENVIRONMENT) return cohsm_environment_hit(l, w, e);
-    if (COHSM_SHAPE_OF(l) == COHSM_SHAPE_RECTANGLE || COHSM_SHAPE_OF(l) == COHSM_SHAPE_DISC) return cohsm_plane_hit(l, a, w, e);
-    if (COHSM_SHAPE_OF(l) == COHSM_SHAPE_SPHERE || COHSM_SHAPE_OF(l) == COHSM_SHAPE_LINE) return cohsm_round_hit(l, a, w, e);
+    if (COHSM_SHAPE_OF(l) == COHSM_SHAPE_RECTANGLE || COHSM_SHAPE_OF(l) == COHSM_SHAPE_DISC)
+        return cohsm_plane_hit(l, a, w, e);
+    if (COHSM_SHAPE_OF(l) == COHSM_SHAPE_SPHERE || COHSM_SHAPE_OF(l) == COHSM_SHAPE_LINE)
+        return cohsm_round_hit(l, a, w, e);
     return false;
 }

@@ -9,8 +9,8 @@
 #error "cohsm_lookup.glsl needs COHSM_TEXEL(i), the uvec4 at texel i of the blocks"
 #endif
 
-// What a program knows as a constant is compared as one, so that compilers drop the other code at once, before
-// they put all calls in line: code that is only found dead later takes most of the time.
+// What a program knows as a constant is compared as one, so that compilers drop the other code at once,
+// before they put all calls in line: code that is only found dead later takes most of the time.
 #ifdef COHSM_ONE_DOMAIN
 #define COHSM_DOMAIN_OF(m) uint(COHSM_ONE_DOMAIN)
 #else
