@@ -1255,7 +1255,7 @@ static const struct { char s0[2751]; char end; } glbk__glsl_lib_cohsm_estimate_g
     "}\n", 0
 };
 
-static const struct { char s0[3995]; char s1[3993]; char s2[3966];
+static const struct { char s0[3995]; char s1[3993]; char s2[3967];
     char s3[1387]; char end; } glbk__glsl_lib_cohsm_light_glsl = {
     "\n\n\n\n\n\n\n\n#ifndef COHSM_LIGHT_TEXEL\n"
     "#error \"cohsm_light.glsl needs COHSM_LIGHT_TEXEL(i), the uvec4 at texel i of the lights\"\n"
@@ -1601,7 +1601,8 @@ static const struct { char s0[3995]; char s1[3993]; char s2[3966];
     "if(COHSM_SHAPE_OF(l)==COHSM_SHAPE_SPHERE)return cohsm_sphere_draw(l,a,u.xy,e);\n"
     "if(COHSM_SHAPE_OF(l)==COHSM_SHAPE_MESH)return cohsm_mesh_draw(l,a,u,e);\n"
     "vec2 x=a.solid_pdf>.0?cohsm_rectangle_pick(a,u.xy):cohsm_pick_coords(l,u.xy);\n"
-    "if(COHSM_SHAPE_OF(l)==COHSM_SHAPE_LINE)return cohsm_line_at(l,a,x.x,(2.*u.y-1.)*a.spread,e);\n"
+    "if(COHSM_SHAPE_OF(l)==COHSM_SHAPE_LINE)\n"
+    "return cohsm_line_at(l,a,x.x,(2.*u.y-1.)*a.spread,e);\n"
     "vec3 q;\n"
     "if(COHSM_SHAPE_OF(l)==COHSM_SHAPE_DISC){\n"
     "vec2 p=cohsm_concentric(x);\n"

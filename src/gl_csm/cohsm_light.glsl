@@ -3,8 +3,8 @@
 // lightsampling.h.
 //
 // COHSM_LIGHT_TEXEL(i) is texel i of the table of lights, a uvec4, as glbk_csm_light_write writes it
-// (docs/gpu-layouts.md). COHSM_ONE_SHAPE may be defined as the shape of all lights; the code for others is gone
-// then.
+// (docs/gpu-layouts.md). COHSM_ONE_SHAPE may be defined as the shape of all lights; the code for others is
+// gone then.
 // uses: cohsm_math
 #ifndef COHSM_LIGHT_TEXEL
 #error "cohsm_light.glsl needs COHSM_LIGHT_TEXEL(i), the uvec4 at texel i of the lights"
@@ -414,7 +414,8 @@ bool cohsm_light_draw(const in cohsm_light l, const in cohsm_aim a, vec3 u, out 
     if (COHSM_SHAPE_OF(l) == COHSM_SHAPE_SPHERE) return cohsm_sphere_draw(l, a, u.xy, e);
     if (COHSM_SHAPE_OF(l) == COHSM_SHAPE_MESH) return cohsm_mesh_draw(l, a, u, e);
     vec2 x = a.solid_pdf > 0.0 ? cohsm_rectangle_pick(a, u.xy) : cohsm_pick_coords(l, u.xy);
-    if (COHSM_SHAPE_OF(l) == COHSM_SHAPE_LINE) return cohsm_line_at(l, a, x.x, (2.0 * u.y - 1.0) * a.spread, e);
+    if (COHSM_SHAPE_OF(l) == COHSM_SHAPE_LINE)
+        return cohsm_line_at(l, a, x.x, (2.0 * u.y - 1.0) * a.spread, e);
     vec3 q;
     if (COHSM_SHAPE_OF(l) == COHSM_SHAPE_DISC) {
         vec2 p = cohsm_concentric(x);
