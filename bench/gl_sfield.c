@@ -107,7 +107,7 @@ static int shade_cpu(board *b, const bn_options *options)
 
 static glbk_result upload_fields(board *b, glbk_context *gl)
 {
-    const glbk_sfield_scene_desc d = { b->algebra, (const sfield_field *const *)b->field, FIELDS, ENTITIES, 0 };
+    const glbk_sfield_scene_desc d = { b->algebra, (const sfield_field *const *)b->field, FIELDS, ENTITIES, 0, NULL };
     return glbk_sfield_scene_create(gl, &d, &b->gl);
 }
 

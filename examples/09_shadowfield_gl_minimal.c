@@ -176,7 +176,7 @@ int main(int count, char **values)
     sfield_algebra *algebra;
     glbk_desc desc = { 0 };
     glbk_context gl;
-    glbk_sfield_scene_desc up = { NULL, (const sfield_field *const *)fields, 2, TORI + 1, 0 };
+    glbk_sfield_scene_desc up = { NULL, (const sfield_field *const *)fields, 2, TORI + 1, 0, NULL };
     glbk_sfield_scene scene;
     glbk_source source = { NULL, fragment, NULL, "sfield_shade", "SFIELD_BANDS=4", NULL, { glbk_sfield_part() },
                            { { 0, 0 } } };

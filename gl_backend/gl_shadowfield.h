@@ -81,7 +81,8 @@
 
    renderer.light then holds the light at each pixel without the surface's colour. No function resolves the
    light to a picture, as those of other techniques do, since how light meets colour is your lighting pass's
-   matter: albedo times light.rgb, and specular colour times gloss.rgb.
+   matter: albedo times light.rgb, and specular colour times gloss.rgb. With desc.materials metal-rough pixels
+   send base (1 - metallic) light.rgb + gloss.rgb to the eye.
 
    In shaders of your own
 
@@ -94,7 +95,11 @@
        position, normal   world space; the normal is unit
        own                the entity that the point lies on, counted from 1; 0 = none
        t                  from sfield_cosine, or self-visibility x cosine, turned into the world
-       g                  t times Phong's lobe, which is read with SFIELD_GLOSS=1 alone
+       g                  t times Phong's lobe, which is read if SFIELD_GLOSS is defined as 1 or 2
+
+   With SFIELD_GLOSS=2 a third function of direction, h, follows g, and the result's grazing is of h: so the
+   three kernels of the metal-rough BRDF find their light in one call (lib/sfield_point.glsl). sfield_kernel of
+   lib/sfield_brdf.glsl makes them from the scene's table of BRDFs.
 
    The result has light, which times albedo is radiance, as in renderer.light and sfield_points.rgb; gloss;
    and open, the share of the cosine-weighted sky that nothing hides.
@@ -124,6 +129,7 @@
      section 4    B, the rendering equation       glbk_sfield_shade        sfield_shade           T73
      section 4.1  triple products                 sfield_product           sfield_sh_product      T5 T6
      section 4.1  the double product              sfield_dot               sfield_sh_dot          -
+     section 4.1  the BRDF at the beginning       sfield_kernel            sfield_sh_brdf         -
      section 4.1  rotations                       sfield_rotate            sfield_sh_rotate       T9 T76
      section 4.1  the basis, the cosine           sfield_basis             sfield_sh_basis        T3 T10
      figure 5     entities from near to far       sfield_shade             sfield_shade           T78
@@ -167,7 +173,8 @@ struct glbk_sfield_renderer_desc;   /* how large the picture is: below */
 GLBK_DEF glbk_result glbk_sfield_scene_create(glbk_context *ctx, const struct glbk_sfield_scene_desc *desc,
                                               glbk_sfield_scene *out);
 /* Uploads fields, and makes room for entities. The scene is empty and its sky is black at first.
-   Memory   on the GPU the fields, their coefficients filled up to a multiple of 16; here 56 bytes a field
+   Memory   on the GPU the fields, their coefficients filled up to a multiple of 16, and with desc.brdf 332 KB
+            (4 bands; 8: 1 MB); here 56 bytes a field
             and, while the call runs, the longest file of a field (sfield_bytes) and 16 KB
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range. GLBK_ERR_MISMATCH:
             a field of wavelets, logarithms, self-visibility or other bands, or a shard. GLBK_ERR_LIMIT: more
@@ -192,7 +199,7 @@ GLBK_DEF glbk_result glbk_sfield_renderer_create(glbk_context *ctx,
                                                  const struct glbk_sfield_renderer_desc *desc,
                                                  glbk_sfield_renderer *out);
 /* Compiles the program that shades and makes its textures.
-   Memory   on the GPU 16 bytes a pixel, 16 more with gloss, and self-visibility
+   Memory   on the GPU 16 bytes a pixel, 16 more with gloss and with grazing, and self-visibility
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range. GLBK_ERR_LIMIT:
             width or height is above ctx->max_side. GLBK_ERR_ALLOC. Those of textures, targets and
             glbk_program_compile */
@@ -205,8 +212,8 @@ GLBK_DEF glbk_result glbk_sfield_shade(glbk_context *ctx, glbk_sfield_renderer *
    eye      world, for lobes; NULL = that of the G-buffer, which knows it if it was drawn or imported
    open     not 0: light.a is wanted even if there is no sky
    Errors   GLBK_ERR_ARGUMENT: an object is NULL or was not created, or the renderer shades lobes and no eye
-            is known. GLBK_ERR_MISMATCH: the scene has other bands, or the G-buffer another size.
-            GLBK_ERR_LOST */
+            is known. GLBK_ERR_MISMATCH: the scene has other bands, or no BRDFs for desc.materials, or the
+            G-buffer has another size. GLBK_ERR_LOST */
 
 GLBK_DEF void glbk_sfield_scene_free(glbk_context *ctx, glbk_sfield_scene *scene);
 /* Deletes the scene's objects of GL, frees its memory and zeroes the struct; the fields are yours. Accepts
@@ -227,6 +234,9 @@ typedef struct glbk_sfield_scene_desc {
     uint32_t entity_capacity;           /* the most entities, 1..65535 */
     float    reach;                     /* as in sfield_scene_desc: occluders count up to this many of their
                                            radii, to 1e6; 0 = to the outermost shell of each */
+    const float *brdf;                  /* for renderers with desc.materials: what sfield_sh_brdf wrote for
+                                           the bands of algebra, read until glbk_sfield_scene_create returns.
+                                           NULL = no BRDFs */
 } glbk_sfield_scene_desc;
 
 typedef struct glbk_sfield_renderer_desc {
@@ -242,6 +252,9 @@ typedef struct glbk_sfield_renderer_desc {
     int      product_in_table;          /* not 0: shaders read the terms of the product from the table, as
                                            from 5 bands on anyway. 0: they are written into the program, which
                                            takes longer to compile and runs several times as fast */
+    int      materials;                 /* not 0: gloss is shaded by Phong's lobe and by glTF's metal-rough
+                                           BRDF, as each pixel's material says; the scene has desc.brdf */
+    int      grazing;                   /* not 0: with materials, renderer->grazing is wanted, too */
 } glbk_sfield_renderer_desc;
 
 /* ==== src/gl_shadowfield/api.h ==== */
@@ -338,6 +351,7 @@ struct glbk_sfield_scene {              /* fields and where they stand; read onl
     uint32_t     texels;                /* texels of the table */
     uint32_t     entities_at;           /* the texel of moving at which entities begin */
     int          sky;                   /* not 0: there is a sky */
+    int          has_brdf;              /* not 0: BRDFs come after the terms */
     float        reach;
     const sfield_algebra *algebra;
 };
@@ -345,10 +359,13 @@ struct glbk_sfield_scene {              /* fields and where they stand; read onl
 struct glbk_sfield_renderer {           /* the light of a picture; read only; zeroed = none */
     glbk_texture light;                 /* GLBK_FORMAT_COLOR: rgb times albedo is radiance; a is the open
                                            share of the cosine-weighted sphere */
-    glbk_texture gloss;                 /* rgb times the specular colour is radiance; none without
-                                           desc.gloss */
+    glbk_texture gloss;                 /* Phong: rgb times the specular colour is radiance; metal-rough: rgb
+                                           is radiance, and light's rgb has its factor 1 - F. None without
+                                           desc.gloss and desc.materials */
+    glbk_texture grazing;               /* metal-rough: the part of gloss that F0 does not color, as
+                                           sfield_points.grazing; none without desc.grazing */
     glbk_texture self;                  /* self-visibility; none without desc.self */
-    glbk_target  target;                /* of light and gloss */
+    glbk_target  target;                /* of light, gloss and grazing */
     glbk_target  self_target;           /* private, like all that follows but width, height and compute */
     glbk_program shade;
     glbk_program record;
@@ -358,6 +375,7 @@ struct glbk_sfield_renderer {           /* the light of a picture; read only; ze
     uint32_t     height;
     uint32_t     bands;
     uint32_t     self_attribute;
+    int          materials;
     int          compute;               /* not 0: pixels are shaded by a compute shader */
     int32_t      record_position;       /* the attribute that record was compiled for */
     const char  *record_vertex;         /* the function of yours that it was compiled with */
@@ -482,7 +500,7 @@ struct glbk_sfield_builder {            /* draws one object from all sides; read
     X(uint, term_texel, 1)          /* where terms begin in glbk_sfield_table */            \
     X(uint, term_count, 1)          /* texels of terms, two terms each */                   \
     X(uint, sky_texel, 1)           /* where the sky begins in glbk_sfield_moving */        \
-    X(uint, unused0, 1)
+    X(uint, brdf_texel, 1)          /* where kernels of BRDFs begin in glbk_sfield_table */
 
 #define GLBK_SFIELD_FRAME_MEMBERS(X) X(vec4, eye, 1)        /* world; w is not used */
 
@@ -522,12 +540,13 @@ struct glbk_sfield_builder {            /* draws one object from all sides; read
 
 #define GLBK_SFIELD_STORAGE(X)
 
-/* Compute shaders write a picture's light and gloss, and cubes and coefficients of a builder. */
+/* Compute shaders write a picture's light, gloss and grazing, and cubes and coefficients of a builder. */
 #define GLBK_SFIELD_IMAGES(X)                                                               \
     X(writeonly, rgba32f, image2D, glbk_sfield_light_image, 0)                              \
     X(writeonly, rgba32f, image2D, glbk_sfield_gloss_image, 1)                              \
     X(writeonly, rgba32ui, uimage2D, glbk_sfield_cube_image, 2)                             \
-    X(writeonly, rgba32ui, uimage2D, glbk_sfield_coefs_image, 3)
+    X(writeonly, rgba32ui, uimage2D, glbk_sfield_coefs_image, 3)                            \
+    X(writeonly, rgba32f, image2D, glbk_sfield_grazing_image, 4)
 
 GLBK__PART(SFIELD)
 
@@ -805,7 +824,7 @@ static inline GLBK_SFIELD__COLD void glbk_sfield__log_index(const glbk_sfield__l
 /* ==== GLSL of src/gl_shadowfield ==== */
 
 
-static const struct { char s0[257]; char end; } glbk__glsl_lib_sfield_access_glsl = {
+static const struct { char s0[312]; char end; } glbk__glsl_lib_sfield_access_glsl = {
     "\n\n#define SFIELD_TEXEL(i) texelFetch(glbk_sfield_table, glbk_table_at(i), 0)\n"
     "#define SFIELD_MOVING(i) texelFetch(glbk_sfield_moving, glbk_table_at(i), 0)\n"
     "#ifndef SFIELD_BANDS\n"
@@ -813,10 +832,13 @@ static const struct { char s0[257]; char end; } glbk__glsl_lib_sfield_access_gls
     "#endif\n"
     "#ifndef SFIELD_GLOSS\n"
     "#define SFIELD_GLOSS 0\n"
+    "#endif\n"
+    "#ifndef SFIELD_GRAZING\n"
+    "#define SFIELD_GRAZING 0\n"
     "#endif\n", 0
 };
 
-static const struct { char s0[675]; char end; } glbk__glsl_lib_sfield_bindings_glsl = {
+static const struct { char s0[783]; char end; } glbk__glsl_lib_sfield_bindings_glsl = {
     "\nuniform usampler2DArray glbk_sfield_table;\n"
     "uniform usampler2DArray glbk_sfield_moving;\n"
     "uniform usampler2DArray glbk_sfield_self;\n"
@@ -834,10 +856,69 @@ static const struct { char s0[675]; char end; } glbk__glsl_lib_sfield_bindings_g
     "#endif\n"
     "#if __VERSION__ >= 430\n"
     "layout(rgba32ui,binding=3)writeonly uniform uimage2D glbk_sfield_coefs_image;\n"
+    "#endif\n"
+    "#if __VERSION__ >= 430\n"
+    "layout(rgba32f,binding=4)writeonly uniform image2D glbk_sfield_grazing_image;\n"
     "#endif\n", 0
 };
 
-static const struct { char s0[211]; char end; } glbk__glsl_lib_sfield_contents_glsl = {
+static const struct { char s0[1963]; char end; } glbk__glsl_lib_sfield_brdf_glsl = {
+    "\n\n\n\n\n\n#define SFIELD_ROUGHNESSES 24\n"
+    "#define SFIELD_ANGLES 48\n"
+    "#define SFIELD_KERNEL ((SFIELD_BANDS * (SFIELD_BANDS + 1) / 2 + 3) / 4)\n"
+    "\n#if SFIELD_GLOSS > 1\n"
+    "\nvoid sfield_turn_about_z(vec2 angle,inout float v[SFIELD_COEFS])\n"
+    "{\n"
+    "float c=1.,s=.0;\n"
+    "for(int m=1;m<SFIELD_BANDS;m++){\n"
+    "float next=c*angle.x-s*angle.y;\n"
+    "s=s*angle.x+c*angle.y;\n"
+    "c=next;\n"
+    "for(int l=m;l<SFIELD_BANDS;l++){\n"
+    "float p=v[l*l+l+m],q=v[l*l+l-m];\n"
+    "v[l*l+l+m]=c*p-s*q;\n"
+    "v[l*l+l-m]=s*p+c*q;\n"
+    "}\n"
+    "}\n"
+    "}\n"
+    "\n\n\nvoid sfield_mix_kernel(uint kernel,float roughness,float facing,out float v[SFIELD_COEFS])\n"
+    "{\n"
+    "float x=sqrt(1.-clamp(facing,.0,1.))*float(SFIELD_ANGLES-1);\n"
+    "float y=clamp(roughness,.0,1.)*float(SFIELD_ROUGHNESSES-1);\n"
+    "uint i=min(uint(x),uint(SFIELD_ANGLES-2)),j=min(uint(y),uint(SFIELD_ROUGHNESSES-2));\n"
+    "float u=x-float(i),w=y-float(j);\n"
+    "uint step=uint(6*SFIELD_KERNEL),row=uint(SFIELD_ANGLES)*step;\n"
+    "uint at=glbk_sfield_contents.brdf_texel+j*row+i*step+kernel*uint(SFIELD_KERNEL);\n"
+    "float half_of[4*SFIELD_KERNEL];\n"
+    "for(int k=0;k<SFIELD_KERNEL;k++,at++){\n"
+    "vec4 a=uintBitsToFloat(SFIELD_TEXEL(at)),b=uintBitsToFloat(SFIELD_TEXEL(at+step));\n"
+    "vec4 c=uintBitsToFloat(SFIELD_TEXEL(at+row)),d=uintBitsToFloat(SFIELD_TEXEL(at+row+step));\n"
+    "vec4 q=(1.-w)*((1.-u)*a+u*b)+w*((1.-u)*c+u*d);\n"
+    "for(int n=0;n<4;n++)half_of[4*k+n]=q[n];\n"
+    "}\n"
+    "for(int l=0;l<SFIELD_BANDS;l++)\n"
+    "for(int m=0;m<=l;m++){\n"
+    "v[l*l+l-m]=.0;\n"
+    "v[l*l+l+m]=half_of[l*(l+1)/2+m];\n"
+    "}\n"
+    "}\n"
+    "\n\n\nvoid sfield_kernel(uint kernel,float roughness,vec3 n,vec3 view,out float v[SFIELD_COEFS])\n"
+    "{\n"
+    "float ring=length(n.xy);\n"
+    "vec2 heading=ring>1e-6?n.xy/ring:vec2(1.,.0),tilt=vec2(n.z,ring)/length(vec2(n.z,ring));\n"
+    "vec2 across=vec2(n.z*dot(heading,view.xy)-ring*view.z,heading.x*view.y-heading.y*view.x);\n"
+    "float far=length(across);\n"
+    "sfield_mix_kernel(kernel,roughness,dot(n,view),v);\n"
+    "sfield_turn_about_z(far>1e-6?across/far:vec2(1.,.0),v);\n"
+    "for(uint i=0u;i<min(glbk_sfield_contents.term_count+2u,2u);i++){\n"
+    "sfield_rotate(uint(SFIELD_COEFS),i>0u,v);\n"
+    "sfield_turn_about_z(i==0u?tilt:heading,v);\n"
+    "}\n"
+    "}\n"
+    "#endif\n", 0
+};
+
+static const struct { char s0[214]; char end; } glbk__glsl_lib_sfield_contents_glsl = {
     "\nlayout(std140)uniform glbk_sfield_contents_block{\n"
     "uint entity_texel;\n"
     "uint entity_count;\n"
@@ -846,7 +927,7 @@ static const struct { char s0[211]; char end; } glbk__glsl_lib_sfield_contents_g
     "uint term_texel;\n"
     "uint term_count;\n"
     "uint sky_texel;\n"
-    "uint unused0;\n"
+    "uint brdf_texel;\n"
     "}glbk_sfield_contents;\n", 0
 };
 
@@ -1193,15 +1274,15 @@ static const struct { char s0[98]; char end; } glbk__glsl_lib_sfield_object_glsl
     "}glbk_sfield_object;\n", 0
 };
 
-static const struct { char s0[1134]; char end; } glbk__glsl_lib_sfield_point_glsl = {
+static const struct { char s0[2511]; char end; } glbk__glsl_lib_sfield_point_glsl = {
     "\n\n#ifndef SFIELD_SELF\n"
     "#define SFIELD_SELF 0\n"
     "#endif\n"
-    "\n\n\nvoid sfield_start(ivec2 at,glbk_point p,out float t[SFIELD_COEFS])\n"
+    "\n\n\nbool sfield_start(ivec2 at,glbk_point p,out float t[SFIELD_COEFS])\n"
     "{\n"
     "sfield_cosine(p.normal,t);\n"
     "#if SFIELD_SELF\n"
-    "if((texelFetch(glbk_sfield_self,ivec3(at,0),0).x&0xffffu)==0u)return;\n"
+    "if((texelFetch(glbk_sfield_self,ivec3(at,0),0).x&0xffffu)==0u)return false;\n"
     "for(int layer=0;8*layer<SFIELD_COEFS;layer++){\n"
     "uvec4 words=texelFetch(glbk_sfield_self,ivec3(at,layer),0);\n"
     "for(int k=0;k<8;k++){\n"
@@ -1213,12 +1294,55 @@ static const struct { char s0[1134]; char end; } glbk__glsl_lib_sfield_point_gls
     "uint rotation=SFIELD_MOVING(sfield_at(p.entity-1u)+5u).z;\n"
     "if(rotation!=SFIELD_NONE)sfield_rotate(rotation,false,t);\n"
     "}\n"
+    "return true;\n"
+    "#else\n"
+    "return false;\n"
     "#endif\n"
     "}\n"
+    "\n#if SFIELD_GLOSS > 1\n"
+    "\n\nsfield_sums sfield_shade_material(glbk_point p,float t[SFIELD_COEFS],bool recorded)\n"
+    "{\n"
+    "float g[SFIELD_COEFS],h[SFIELD_COEFS],own[SFIELD_COEFS],r[SFIELD_COEFS],q[SFIELD_COEFS],whole=1.;\n"
+    "vec3 view=glbk_sfield_frame.eye.xyz-p.position;\n"
+    "bool metal=p.kind==GLBK_METAL_ROUGH,seen=dot(view,view)>.0;\n"
+    "uint kernels=metal?(recorded?4u:3u):p.exponent>.0&&seen?1u:0u;\n"
+    "if(metal&& !seen)return sfield_no_light();\n"
+    "view=seen?normalize(view):vec3(.0);\n"
+    "for(int k=0;k<SFIELD_COEFS;k++){\n"
+    "own[k]=t[k];\n"
+    "g[k]=h[k]=.0;\n"
+    "}\n"
+    "for(uint i=0u;i<kernels;i++){\n"
+    "bool last=i==3u;\n"
+    "if(metal)sfield_kernel(last?0u:recorded?i+3u:i,p.roughness,p.normal,view,r);\n"
+    "else sfield_lobe(reflect(-view,p.normal),clamp(p.exponent,1.,1000.),r);\n"
+    "if(metal&&(last||(i==0u&& !recorded)))whole=r[0];\n"
+    "if(!metal||recorded){\n"
+    "sfield_product(SFIELD_TERMS,own,r,q);\n"
+    "r=q;\n"
+    "}\n"
+    "for(int k=0;k<SFIELD_COEFS;k++){\n"
+    "t[k]=metal&&i==0u?r[k]:t[k];\n"
+    "g[k]= !metal||i==1u?r[k]:g[k];\n"
+    "h[k]=metal&&i==2u?r[k]:h[k];\n"
+    "}\n"
+    "}\n"
+    "sfield_sums sums=sfield_shade(p.position,p.normal,p.entity,t,g,h);\n"
+    "if(!metal)return sums;\n"
+    "vec3 f0=.04+clamp(p.metallic,.0,1.)*(clamp(p.diffuse,.0,1.)-.04);\n"
+    "sums.light*=SFIELD_PI*(1.-f0);\n"
+    "sums.gloss=sums.gloss*f0+sums.grazing;\n"
+    "sums.open*=SFIELD_PI*SFIELD_Y00/whole;\n"
+    "return sums;\n"
+    "}\n"
+    "#endif\n"
     "\n\nsfield_sums sfield_shade_point(ivec2 at,glbk_point p)\n"
     "{\n"
     "float t[SFIELD_COEFS],g[SFIELD_COEFS];\n"
-    "sfield_start(at,p,t);\n"
+    "bool recorded=sfield_start(at,p,t);\n"
+    "#if SFIELD_GLOSS > 1\n"
+    "return sfield_shade_material(p,t,recorded);\n"
+    "#else\n"
     "for(int k=0;k<SFIELD_COEFS;k++)g[k]=.0;\n"
     "#if SFIELD_GLOSS\n"
     "vec3 view=glbk_sfield_frame.eye.xyz-p.position;\n"
@@ -1229,10 +1353,11 @@ static const struct { char s0[1134]; char end; } glbk__glsl_lib_sfield_point_gls
     "}\n"
     "#endif\n"
     "return sfield_shade(p.position,p.normal,p.entity,t,g);\n"
+    "#endif\n"
     "}\n", 0
 };
 
-static const struct { char s0[3992]; char s1[1900]; char end; } glbk__glsl_lib_sfield_shade_glsl = {
+static const struct { char s0[3981]; char s1[2517]; char end; } glbk__glsl_lib_sfield_shade_glsl = {
     "\n\n\n\n\n\n\n\n#ifndef SFIELD_ENTITY\n"
     "#define SFIELD_ENTITY 7u\n"
     "#endif\n"
@@ -1243,7 +1368,9 @@ static const struct { char s0[3992]; char s1[1900]; char end; } glbk__glsl_lib_s
     "vec3 light;\n"
     "vec3 gloss;\n"
     "float open;\n"
+    "vec3 grazing;\n"
     "};\n"
+    "\nsfield_sums sfield_no_light(){return sfield_sums(vec3(.0),vec3(.0),.0,vec3(.0));}\n"
     "\n\n\nuint sfield_at(uint i){return glbk_sfield_contents.entity_texel+i*SFIELD_ENTITY;}\n"
     "\n\n\n\n#ifndef SFIELD_NAME\n"
     "#define SFIELD_COUNT glbk_sfield_contents.entity_count\n"
@@ -1338,26 +1465,40 @@ static const struct { char s0[3992]; char s1[1900]; char end; } glbk__glsl_lib_s
     "return c==0u?vec3(sum):c==1u?vec3(rgb.x,sum,sum):vec3(rgb.xy,sum);\n"
     "}\n"
     "\n\n\nvoid sfield_light(uint entity,vec3 position,float t[SFIELD_COEFS],float g[SFIELD_COEFS],\n"
+    "#if SFIELD_GLOSS > 1\n"
+    "float h[SFIELD_COEFS],\n"
+    "#endif\n"
     "inout sfield_sums sums)\n"
     "{\n"
     "uvec4 what=SFIELD_RECORD(entity,5u);\n"
     "vec4 sphere=uintBitsToFloat(SFIELD_RECORD(entity,1u));\n"
     "sfield_place place=sfield_locate(what.y,sfield_local(entity,sphere,position));\n"
-    "float time=uintBitsToFloat(SFIELD_RECORD(entity,4u).w),v[SFIELD_COEFS];\n"
+    "float time=uintBitsToFloat(SFIELD_RECORD(entity,4u).w),v[SFIELD_COEFS];\n",
     "vec3 light=vec3(.0),gloss=vec3(.0),tint=uintBitsToFloat(SFIELD_RECORD(entity,6u).xyz);\n"
+    "#if SFIELD_GLOSS > 1\n"
+    "vec3 grazing=vec3(.0);\n"
+    "#else\n"
     "if(what.z!=SFIELD_NONE){\n"
     "sfield_rotate(what.z,true,t);\n"
-    "#if SFIELD_GLOSS\n",
+    "#if SFIELD_GLOSS\n"
     "sfield_rotate(what.z,true,g);\n"
     "#endif\n"
     "}\n"
+    "#endif\n"
     "for(uint c=0u;c<SFIELD_TEXEL(what.y+1u).x;c++){\n"
     "sfield_fetch(what.y,place,c,time,1.,v);\n"
+    "#if SFIELD_GLOSS > 1\n"
+    "if(what.z!=SFIELD_NONE)sfield_rotate(what.z,false,v);\n"
+    "grazing=sfield_channel(grazing,c,sfield_dot(v,h));\n"
+    "#endif\n"
     "light=sfield_channel(light,c,sfield_dot(v,t));\n"
     "#if SFIELD_GLOSS\n"
     "gloss=sfield_channel(gloss,c,sfield_dot(v,g));\n"
     "#endif\n"
     "}\n"
+    "#if SFIELD_GLOSS > 1\n"
+    "sums.grazing+=grazing*tint;\n"
+    "#endif\n"
     "sums.light+=light*tint;\n"
     "sums.gloss+=gloss*tint;\n"
     "}\n"
@@ -1374,9 +1515,13 @@ static const struct { char s0[3992]; char s1[1900]; char end; } glbk__glsl_lib_s
     "sfield_product(SFIELD_TERMS,t,o,r);\n"
     "for(int k=0;k<SFIELD_COEFS;k++)t[k]-=r[k];\n"
     "}\n"
-    "\n\n\n\n\nsfield_sums sfield_shade(vec3 position,vec3 normal,uint own,float t[SFIELD_COEFS],float g[SFIELD_COEFS])\n"
+    "\n\n\n\n\nsfield_sums sfield_shade(vec3 position,vec3 normal,uint own,float t[SFIELD_COEFS],float g[SFIELD_COEFS]\n"
+    "#if SFIELD_GLOSS > 1\n"
+    ",float h[SFIELD_COEFS]\n"
+    "#endif\n"
+    ")\n"
     "{\n"
-    "sfield_sums sums=sfield_sums(vec3(.0),vec3(.0),.0);\n"
+    "sfield_sums sums=sfield_no_light();\n"
     "uint count=glbk_sfield_contents.entity_count,left=glbk_sfield_contents.light_count;\n"
     "uint id=SFIELD_NONE,first=0u;\n"
     "uint name[SFIELD_BATCH];\n"
@@ -1397,13 +1542,20 @@ static const struct { char s0[3992]; char s1[1900]; char end; } glbk__glsl_lib_s
     "if(id==SFIELD_NONE){\n"
     "more=false;\n"
     "}else if(id<SFIELD_HIDES){\n"
+    "#if SFIELD_GLOSS > 1\n"
+    "sfield_light(id,position,t,g,h,sums);\n"
+    "#else\n"
     "sfield_light(id,position,t,g,sums);\n"
+    "#endif\n"
     "left--;\n"
     "more=left>0u||sky;\n"
     "}else if(sfield_occlusion(id& ~SFIELD_HIDES,position,normal,met,o)){\n"
     "sfield_apply(o,t);\n"
     "#if SFIELD_GLOSS\n"
     "sfield_apply(o,g);\n"
+    "#endif\n"
+    "#if SFIELD_GLOSS > 1\n"
+    "sfield_apply(o,h);\n"
     "#endif\n"
     "}\n"
     "}\n"
@@ -1412,6 +1564,9 @@ static const struct { char s0[3992]; char s1[1900]; char end; } glbk__glsl_lib_s
     "sums.light+=sfield_sky(t);\n"
     "#if SFIELD_GLOSS\n"
     "sums.gloss+=sfield_sky(g);\n"
+    "#endif\n"
+    "#if SFIELD_GLOSS > 1\n"
+    "sums.grazing+=sfield_sky(h);\n"
     "#endif\n"
     "}\n"
     "sums.light*=1./SFIELD_PI;\n"
@@ -1600,15 +1755,15 @@ static const struct { char s0[611]; char end; } glbk__glsl_prog_sfield_self_vert
     "}\n", 0
 };
 
-static const struct { char s0[555]; char end; } glbk__glsl_prog_sfield_shade_comp = {
-    "\n\n\n\n\nlayout(local_size_x=8,local_size_y=8)in;\n"
+static const struct { char s0[630]; char end; } glbk__glsl_prog_sfield_shade_comp = {
+    "\n\n\n\n\n\nlayout(local_size_x=8,local_size_y=8)in;\n"
     "\nvoid main()\n"
     "{\n"
     "ivec2 at=ivec2(gl_GlobalInvocationID.xy);\n"
     "ivec2 size=textureSize(glbk_gbuffer_place,0);\n"
     "bool inside=all(lessThan(at,size));\n"
     "glbk_point p;\n"
-    "sfield_sums sums=sfield_sums(vec3(.0),vec3(.0),.0);\n"
+    "sfield_sums sums=sfield_no_light();\n"
     "bool seen=glbk_read_point(min(at,size-1),p)&&inside;\n"
     "sfield_list(p.position,p.normal,seen);\n"
     "if(seen)sums=sfield_shade_point(at,p);\n"
@@ -1617,23 +1772,32 @@ static const struct { char s0[555]; char end; } glbk__glsl_prog_sfield_shade_com
     "#if SFIELD_GLOSS\n"
     "imageStore(glbk_sfield_gloss_image,at,vec4(sums.gloss,1.));\n"
     "#endif\n"
+    "#if SFIELD_GRAZING\n"
+    "imageStore(glbk_sfield_grazing_image,at,vec4(sums.grazing,1.));\n"
+    "#endif\n"
     "}\n", 0
 };
 
-static const struct { char s0[390]; char end; } glbk__glsl_prog_sfield_shade_frag = {
-    "\n\n\n\n\n\nlayout(location=0)out glbk_color light;\n"
+static const struct { char s0[511]; char end; } glbk__glsl_prog_sfield_shade_frag = {
+    "\n\n\n\n\n\n\nlayout(location=0)out glbk_color light;\n"
     "#if SFIELD_GLOSS\n"
     "layout(location=1)out glbk_color gloss;\n"
+    "#endif\n"
+    "#if SFIELD_GRAZING\n"
+    "layout(location=2)out glbk_color grazing;\n"
     "#endif\n"
     "\nvoid main()\n"
     "{\n"
     "ivec2 at=ivec2(gl_FragCoord.xy);\n"
     "glbk_point p;\n"
-    "sfield_sums sums=sfield_sums(vec3(.0),vec3(.0),.0);\n"
+    "sfield_sums sums=sfield_no_light();\n"
     "if(glbk_read_point(at,p))sums=sfield_shade_point(at,p);\n"
     "light=glbk_pack(vec4(sums.light,sums.open));\n"
     "#if SFIELD_GLOSS\n"
     "gloss=glbk_pack(vec4(sums.gloss,1.));\n"
+    "#endif\n"
+    "#if SFIELD_GRAZING\n"
+    "grazing=glbk_pack(vec4(sums.grazing,1.));\n"
     "#endif\n"
     "}\n", 0
 };
@@ -1739,6 +1903,9 @@ static const glbk_file glbk__sfield_files[] = {
     { "lib/sfield_bindings.glsl\0" "" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_sfield_bindings_glsl },
+    { "lib/sfield_brdf.glsl\0" "sfield_access sfield_field sfield_contents" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_sfield_brdf_glsl },
     { "lib/sfield_contents.glsl\0" "" "\0" "" "\0"
       "" "\0" "glbk_sfield_contents",
       (const char *)&glbk__glsl_lib_sfield_contents_glsl },
@@ -1754,7 +1921,7 @@ static const glbk_file glbk__sfield_files[] = {
     { "lib/sfield_object.glsl\0" "" "\0" "" "\0"
       "" "\0" "glbk_sfield_object",
       (const char *)&glbk__glsl_lib_sfield_object_glsl },
-    { "lib/sfield_point.glsl\0" "gbuffer sfield_shade sfield_contents sfield_frame" "\0" "" "\0"
+    { "lib/sfield_point.glsl\0" "gbuffer sfield_shade sfield_brdf sfield_contents sfield_frame" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_sfield_point_glsl },
     { "lib/sfield_shade.glsl\0" "sfield_access sfield_field sfield_contents" "\0" "" "\0"
@@ -1782,10 +1949,10 @@ static const glbk_file glbk__sfield_files[] = {
       "GLBK_PLACE" "\0" "",
       (const char *)&glbk__glsl_prog_sfield_self_vert },
     { "prog/sfield_shade.comp\0" "sfield_list sfield_point" "\0" "" "\0"
-      "SFIELD_BANDS=4 SFIELD_GLOSS=0 SFIELD_SELF=1 | SFIELD_BANDS=3 SFIELD_GLOSS=1 | SFIELD_BANDS=8 SFIELD_GLOSS=0" "\0" "",
+      "SFIELD_BANDS=4 SFIELD_GLOSS=0 SFIELD_SELF=1 | SFIELD_BANDS=3 SFIELD_GLOSS=1 | SFIELD_BANDS=8 SFIELD_GLOSS=0 | SFIELD_BANDS=4 SFIELD_GLOSS=2 SFIELD_GRAZING=1 SFIELD_SELF=1" "\0" "",
       (const char *)&glbk__glsl_prog_sfield_shade_comp },
     { "prog/sfield_shade.frag\0" "sfield_point" "\0" "screen.vert" "\0"
-      "SFIELD_BANDS=4 SFIELD_GLOSS=0 SFIELD_SELF=1 | SFIELD_BANDS=3 SFIELD_GLOSS=1 | SFIELD_BANDS=8 SFIELD_GLOSS=0" "\0" "",
+      "SFIELD_BANDS=4 SFIELD_GLOSS=0 SFIELD_SELF=1 | SFIELD_BANDS=3 SFIELD_GLOSS=1 | SFIELD_BANDS=8 SFIELD_GLOSS=0 | SFIELD_BANDS=4 SFIELD_GLOSS=2 SFIELD_GRAZING=1 SFIELD_SELF=1" "\0" "",
       (const char *)&glbk__glsl_prog_sfield_shade_frag },
     { "prog/sfield_sum.comp\0" "sfield_bindings sfield_views" "\0" "" "\0"
       "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" "\0" "",
@@ -1812,7 +1979,8 @@ GLBK__PART_CODE(sfield, SFIELD)
 enum {
     GLBK__SFIELD_HEADER = 32,
     GLBK__SFIELD_STAGE = 1024,          /* texels that go up together */
-    GLBK__SFIELD_ENTITY = 7             /* texels of an entity */
+    GLBK__SFIELD_ENTITY = 7,            /* texels of an entity */
+    GLBK__SFIELD_KERNELS = 24 * 48 * 6  /* of the table of sfield_sh_brdf */
 };
 
 static const uint32_t glbk__sfield_none = 0xffffffffu;  /* SFIELD_NONE of the GLSL */
@@ -2046,6 +2214,24 @@ static void glbk__sfield_put_terms(glbk__sfield_stage *s, const uint32_t *terms,
                                                                            a multiple of 4 texels */
 }
 
+/* Returns how many texels a scene's table of BRDFs has. */
+static uint32_t glbk__sfield_brdf_texels(const glbk_sfield_scene_desc *d, uint32_t bands)
+{
+    return d->brdf ? GLBK__SFIELD_KERNELS * ((bands * (bands + 1) / 2 + 3) / 4) : 0;
+}
+
+/* Writes the table of BRDFs, each kernel filled up to a multiple of four numbers. */
+static void glbk__sfield_put_brdf(glbk__sfield_stage *s, const float *table, uint32_t bands)
+{
+    const uint32_t half = bands * (bands + 1) / 2;
+    uint32_t i, k, *texel = NULL;
+    for (i = 0; i < GLBK__SFIELD_KERNELS; i++)
+        for (k = 0; k < half; k++) {
+            if (k % 4 == 0) texel = glbk__sfield_texel(s);
+            memcpy(texel + k % 4, table++, 4);
+        }
+}
+
 /* Returns why the GPU cannot have a field of this kind, or NULL if it can. */
 static const char *glbk__sfield_refuse(const sfield_info *info, uint32_t bands)
 {
@@ -2115,9 +2301,10 @@ static uint64_t glbk__sfield_lay_out(const glbk_sfield_scene_desc *d, uint64_t t
     return texels;
 }
 
-/* Uploads terms and fields, by way of the bytes of each field's file. */
-static glbk_result glbk__sfield_fill(const glbk_sfield_scene_desc *d, const glbk_sfield__allocator *memory,
-                                     size_t most_bytes, glbk__sfield_stage *s)
+/* Uploads terms, BRDFs and fields, these by way of the bytes of each field's file. */
+static glbk_result glbk__sfield_fill(const glbk_sfield_scene_desc *d, uint32_t bands,
+                                     const glbk_sfield__allocator *memory, size_t most_bytes,
+                                     glbk__sfield_stage *s)
 {
     uint32_t count, *terms = glbk__sfield_terms(memory, d->algebra, &count);
     uint8_t *bytes = (uint8_t *)glbk_sfield__alloc(memory, most_bytes + 1);
@@ -2128,6 +2315,7 @@ static glbk_result glbk__sfield_fill(const glbk_sfield_scene_desc *d, const glbk
     if (!terms || !bytes || !s->words) s->result = GLBK_ERR_ALLOC;
     else {
         glbk__sfield_put_terms(s, terms, count);
+        if (d->brdf) glbk__sfield_put_brdf(s, d->brdf, bands);
         for (i = 0; i < d->field_count && s->result == GLBK_OK; i++) {
             (void)sfield_write(d->fields[i], bytes, most_bytes);
             glbk__sfield_read(bytes, &v);
@@ -2141,6 +2329,8 @@ static glbk_result glbk__sfield_fill(const glbk_sfield_scene_desc *d, const glbk
     return s->result;
 }
 
+static glbk_result glbk__sfield_put_quarter(glbk_context *ctx, const glbk_sfield_scene *s);
+
 /* Makes the tables of a scene whose bands, entity_capacity, reach and algebra are set. */
 static glbk_result glbk__sfield_create(glbk_context *ctx, const char *function,
                                        const glbk_sfield_scene_desc *d, glbk_sfield_scene *out)
@@ -2152,13 +2342,16 @@ static glbk_result glbk__sfield_create(glbk_context *ctx, const char *function,
     glbk__sfield_stage s;
 
     out->terms = ((uint32_t)sfield_sh_terms(d->algebra, NULL, NULL) + 7) / 8 * 4;
+    out->has_brdf = d->brdf != NULL;
     out->entities_at = out->bands * out->bands;
+    if (d->brdf) out->entities_at += glbk__sfield_rotation_texels(out->bands);
     moving = out->entities_at + (uint64_t)d->entity_capacity * glbk__sfield_entity_texels(out->bands);
     out->fields =
         (glbk_sfield_field *)glbk_sfield__alloc_array(&memory, d->field_count + 1, sizeof *out->fields);
     if (!out->fields) return GLBK_ERR_ALLOC;
     out->field_count = d->field_count;
-    texels = glbk__sfield_lay_out(d, out->terms, out->fields, &most_bytes);
+    texels = glbk__sfield_lay_out(d, out->terms + glbk__sfield_brdf_texels(d, out->bands), out->fields,
+                                  &most_bytes);
     if (texels > most || moving > most)
         return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, function,
                                   texels > most ? "the number of texels of desc.fields"
@@ -2174,7 +2367,8 @@ static glbk_result glbk__sfield_create(glbk_context *ctx, const char *function,
         s.result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, (size_t)moving, &out->moving);
     if (s.result == GLBK_OK)
         s.result = glbk_buffer_create(ctx, sizeof(glbk_sfield_contents), NULL, &out->contents);
-    if (s.result == GLBK_OK) s.result = glbk__sfield_fill(d, &memory, most_bytes, &s);
+    if (s.result == GLBK_OK) s.result = glbk__sfield_fill(d, out->bands, &memory, most_bytes, &s);
+    if (s.result == GLBK_OK && d->brdf) s.result = glbk__sfield_put_quarter(ctx, out);
     return s.result == GLBK_OK ? glbk__leave_created(ctx, glbk_sfield_scene_sky(ctx, out, NULL)) : s.result;
 }
 
@@ -2322,6 +2516,26 @@ static void glbk__sfield_put_rotation(const glbk_sfield_scene *s, const sfield_e
             }
 }
 
+/* Uploads a quarter turn about x, by which shaders turn BRDFs to their normals: after the sky. */
+static glbk_result glbk__sfield_put_quarter(glbk_context *ctx, const glbk_sfield_scene *s)
+{
+    static const float turn[16] = { 1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1 };
+    uint32_t words[4 * 200];                    /* 199 texels for 8 bands */
+    glbk__sfield_stage stage;
+    sfield_entity e;
+    memset(&stage, 0, sizeof stage);
+    memset(&e, 0, sizeof e);
+    memcpy(e.transform, turn, sizeof turn);
+    stage.ctx = ctx;
+    stage.table = &s->moving;
+    stage.at = s->bands * s->bands;
+    stage.words = words;
+    stage.room = 200;
+    glbk__sfield_put_rotation(s, &e, &stage);
+    glbk__sfield_flush(&stage);
+    return stage.result;
+}
+
 /* Returns the values of the block that tells shaders what the tables hold. */
 static glbk_sfield_contents glbk__sfield_contents_of(const glbk_sfield_scene *s, int sky)
 {
@@ -2332,6 +2546,7 @@ static glbk_sfield_contents glbk__sfield_contents_of(const glbk_sfield_scene *s,
     contents.light_count = s->light_count;
     contents.wants_sky = sky != 0;
     contents.term_count = s->terms;
+    contents.brdf_texel = s->terms;
     return contents;
 }
 
@@ -2623,8 +2838,8 @@ GLBK_DEF glbk_result glbk_sfield_self_object(glbk_context *ctx, glbk_sfield_rend
 
 enum { GLBK__SFIELD_TERMS = 200 };      /* leaves room for the 163 of 4 bands */
 
-/* Makes the textures of light and gloss, and their target. */
-static glbk_result glbk__sfield_textures(glbk_context *ctx, glbk_sfield_renderer *r, int gloss)
+/* Makes the textures of light, gloss and grazing, and their target. */
+static glbk_result glbk__sfield_textures(glbk_context *ctx, glbk_sfield_renderer *r, int gloss, int grazing)
 {
     glbk_texture_desc texture;
     glbk_target_desc target;
@@ -2640,6 +2855,10 @@ static glbk_result glbk__sfield_textures(glbk_context *ctx, glbk_sfield_renderer
     if (gloss && result == GLBK_OK) {
         result = glbk_texture_create(ctx, &texture, &r->gloss);
         target.color[1] = &r->gloss;
+    }
+    if (grazing && result == GLBK_OK) {
+        result = glbk_texture_create(ctx, &texture, &r->grazing);
+        target.color[2] = &r->grazing;
     }
     return result == GLBK_OK ? glbk__target_create(ctx, &target, &r->target) : result;
 }
@@ -2731,7 +2950,7 @@ static glbk_result glbk__sfield_compile(glbk_context *ctx, const sfield_algebra 
     source.parts[0] = glbk_sfield_part();
     source.parts[1] = glbk_gbuffer_part();
     *(compute ? &source.compute : &source.fragment) = sink.out;
-    source.uses = compute ? "sfield_list sfield_field gbuffer" : "sfield_access sfield_field gbuffer";
+    source.uses = compute ? "sfield_list sfield_brdf gbuffer" : "sfield_access sfield_brdf gbuffer";
     source.defines = defines;
     result = glbk_program_compile(ctx, &source, out);
     glbk_sfield__free(&memory, sink.out);
@@ -2748,6 +2967,8 @@ static glbk_result glbk__sfield_check_renderer(const glbk_context *ctx, const ch
     result = glbk__require_side(ctx, function, "desc.width", d->width);
     if (result == GLBK_OK) result = glbk__require_side(ctx, function, "desc.height", d->height);
     if (result != GLBK_OK) return result;
+    if (d->grazing && !d->materials)
+        return glbk__refuse(ctx, GLBK_ERR_DESC, function, "desc.grazing", "is wanted without desc.materials");
     if (d->self_attribute > 12)
         return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.self_attribute", d->self_attribute, 0,
                                   12);
@@ -2757,7 +2978,7 @@ static glbk_result glbk__sfield_check_renderer(const glbk_context *ctx, const ch
 GLBK_DEF glbk_result glbk_sfield_renderer_create(glbk_context *ctx, const glbk_sfield_renderer_desc *d,
                                                  glbk_sfield_renderer *out)
 {
-    char defines[] = "SFIELD_BANDS=4 SFIELD_GLOSS=0 SFIELD_SELF=0 SFIELD_UNROLLED";
+    char defines[] = "SFIELD_BANDS=4 SFIELD_GLOSS=0 SFIELD_SELF=0 SFIELD_GRAZING=0 SFIELD_UNROLLED";
     int unrolled;
     glbk_result result;
 
@@ -2771,12 +2992,14 @@ GLBK_DEF glbk_result glbk_sfield_renderer_create(glbk_context *ctx, const glbk_s
     out->bands = glbk__sfield_bands(d->algebra);
     out->compute = ctx->compute;
     unrolled = !d->product_in_table && out->bands < 5;
-    if (!unrolled) defines[43] = 0;
+    if (!unrolled) defines[60] = 0;
+    out->materials = d->materials != 0;
     defines[13] = (char)('0' + out->bands);
-    defines[28] = d->gloss ? '1' : '0';
+    defines[28] = d->materials ? '2' : d->gloss ? '1' : '0';
     defines[42] = d->self ? '1' : '0';
+    defines[59] = d->grazing ? '1' : '0';
     out->self_attribute = d->self_attribute ? d->self_attribute : 4;
-    result = glbk__sfield_textures(ctx, out, d->gloss);
+    result = glbk__sfield_textures(ctx, out, d->gloss || d->materials, d->grazing);
     if (result == GLBK_OK && d->self) result = glbk__sfield_self_create(ctx, out);
     if (result == GLBK_OK)
         result = unrolled ? glbk__sfield_compile(ctx, d->algebra, defines, out->compute, &out->shade)
@@ -2798,6 +3021,7 @@ GLBK_DEF void glbk_sfield_renderer_free(glbk_context *ctx, glbk_sfield_renderer 
     glbk_target_free(ctx, &r->self_target);
     glbk_texture_free(ctx, &r->light);
     glbk_texture_free(ctx, &r->gloss);
+    glbk_texture_free(ctx, &r->grazing);
     glbk_texture_free(ctx, &r->self);
     glbk_buffer_free(ctx, &r->frame);
     glbk_buffer_free(ctx, &r->object);
@@ -2825,6 +3049,9 @@ GLBK_DEF glbk_result glbk_sfield_shade(glbk_context *ctx, glbk_sfield_renderer *
     if (s->bands != r->bands)
         return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, __func__, "scene->bands", s->bands,
                                   "that of the renderer");
+    if (r->materials && !s->has_brdf)
+        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, __func__, "scene",
+                            "has no desc.brdf, which the renderer's materials need");
     memset(&frame, 0, sizeof frame);
     memset(&pass, 0, sizeof pass);
     if (eye) memcpy(frame.eye, eye, 12);
@@ -2842,6 +3069,7 @@ GLBK_DEF glbk_result glbk_sfield_shade(glbk_context *ctx, glbk_sfield_renderer *
     if (r->compute) {
         glbk_bind_image(ctx, GLBK_SLOT_glbk_sfield_light_image, &r->light);
         glbk_bind_image(ctx, GLBK_SLOT_glbk_sfield_gloss_image, &r->gloss);
+        glbk_bind_image(ctx, GLBK_SLOT_glbk_sfield_grazing_image, &r->grazing);
         return glbk_dispatch(ctx, &r->shade, (r->width + 7) / 8, (r->height + 7) / 8, 1);
     }
     glbk_draw_screen(ctx);

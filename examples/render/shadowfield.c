@@ -889,7 +889,8 @@ static int send_fields(sf_state *s, const rd_job *job, char *error)
     if (s->gl)
         sent = sf_gl_fields(s->gl, job, fields, count, entity_count(s), error);
     else
-        s->gl = sf_gl_open(job, fields, count, entity_count(s), s->full, error);
+        s->gl = sf_gl_open(job, fields, count, entity_count(s), !s->full ? SF_DULL : s->gltf ? SF_GLTF : SF_PHONG,
+                           error);
     free((void *)(size_t)fields);
     return s->gl ? sent : -1;
 }
@@ -993,12 +994,6 @@ static void close_shadowfield(void *opaque)
     free(s);
 }
 
-/* OpenGL has Phong's lobe alone. */
-static int wants_gltf(const rd_job *job)
-{
-    return rd_setting_is(job->settings, "gloss", "gltf") || (!job->gl && rd_setting_is(job->settings, "gloss", "auto"));
-}
-
 static int open_shadowfield(void **opaque, const rd_job *job, char *error)
 {
     const int lazy = rd_setting_is(job->settings, "lazy", "1");
@@ -1010,7 +1005,7 @@ static int open_shadowfield(void **opaque, const rd_job *job, char *error)
         return out_of_memory(error);
     s->basis = rd_setting_is(job->settings, "basis", "haar") ? SFIELD_BASIS_HAAR : SFIELD_BASIS_SH;
     s->full = rd_setting_is(job->settings, "materials", "full");
-    s->gltf = s->full && wants_gltf(job);
+    s->gltf = s->full && !rd_setting_is(job->settings, "gloss", "phong");
     s->material = calloc(objects + 1, sizeof *s->material);
     memset(&d, 0, sizeof d);
     d.basis = s->basis;
@@ -1033,14 +1028,12 @@ static int open_shadowfield(void **opaque, const rd_job *job, char *error)
     s->rgb = calloc(objects + 1, sizeof *s->rgb);
     if (s->rgb)
         s->rgb[objects] = (float *)(void *)s;            /* the end of the list */
-    if (job->gl && s->gltf) {
-        snprintf(error, EX_ERROR_SIZE, "shadowfield: gloss=gltf needs --backend cpu");
-    } else if (job->gl && s->basis == SFIELD_BASIS_HAAR) {
+    if (job->gl && s->basis == SFIELD_BASIS_HAAR) {
         snprintf(error, EX_ERROR_SIZE, "shadowfield: --backend gl needs basis=sh");
     } else if (!job->gl && rd_setting_is(job->settings, "build", "gpu")) {
         snprintf(error, EX_ERROR_SIZE, "shadowfield: build=gpu needs --backend gl");
-    } else if (lazy && (s->full || job->gl)) {
-        snprintf(error, EX_ERROR_SIZE, "shadowfield: lazy=1 needs materials=diffuse and --backend cpu");
+    } else if (lazy && job->gl) {
+        snprintf(error, EX_ERROR_SIZE, "shadowfield: lazy=1 needs --backend cpu");
     } else if (rd_setting_is(job->settings, "bones", "1") && (s->full || lazy)) {
         snprintf(error, EX_ERROR_SIZE, "shadowfield: bones=1 needs materials=diffuse and lazy=0");
     } else if ((lazy && !s->cache) || !s->light || !s->light_object || !s->light_of || !s->built || !s->glow ||
@@ -1106,8 +1099,8 @@ static const rd_key keys[] = {
     { "source_shell_count", RD_INTEGER, "0", 2, 64, "0", "of that, which is built again when it changes; 0: shell_count" },
     { "bones", RD_WORD, "0|1", 0, 0, "0", "1: meshes that deform are rigid bodies that follow them" },
     { "gloss", RD_WORD, "auto|gltf|phong", 0, 0, "auto",
-      "of materials=full: glTF's BRDF or a lobe as wide; auto: gltf, on OpenGL phong" },
-    { "lazy", RD_WORD, "0|1", 0, 0, "0", "1 keeps what hides each light while only lights move" },
+      "of materials=full: glTF's BRDF, or a lobe as wide; auto: gltf" },
+    { "lazy", RD_WORD, "0|1", 0, 0, "0", "1 keeps what hides each light until that moves, or the eye with materials=full" },
     { "build", RD_WORD, "cpu|gpu", 0, 0, "cpu", "where fields of meshes are made; gpu needs --backend gl" },
     { "keep", RD_NUMBER, NULL, 0, 1, "0", "share of wavelets kept of a cube; 0: 0.01" },
     { "reach", RD_NUMBER, NULL, 0, 1000, "0", "how far objects hide, in radii; 0: their outermost shell" },

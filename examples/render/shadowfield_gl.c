@@ -15,8 +15,9 @@ struct sf_gl {
     glbk_sfield_scene     scene;
     glbk_gbuffer          gbuffer;
     glbk_sfield_renderer  renderer;
-    int                   gloss;
-    float                *light, *shine;        /* rgba */
+    sf_gloss              gloss;
+    float                *light, *shine, *graze;        /* rgba */
+    float                *brdf;                 /* of glTF's BRDF: what the scene is given */
 };
 
 static int gl_failed(const char *what, glbk_result result, char *error)
@@ -40,6 +41,7 @@ int sf_gl_fields(sf_gl *g, const rd_job *job, const sfield_field *const *fields,
     glbk_sfield_scene_free(g->gl, &g->scene);
     memset(&d, 0, sizeof d);
     d.algebra = g->algebra;
+    d.brdf = g->brdf;
     d.fields = there;
     d.entity_capacity = (uint32_t)entity_count;
     d.reach = (float)rd_setting_number(job->settings, "reach");
@@ -52,8 +54,20 @@ int sf_gl_fields(sf_gl *g, const rd_job *job, const sfield_field *const *fields,
     return r == GLBK_OK ? 0 : gl_failed("fields", r, error);
 }
 
+/* The table of glTF's BRDF. Returns whether there was memory. */
+static int make_brdf(sf_gl *g, const rd_job *job)
+{
+    const uint32_t bands = (uint32_t)rd_setting_integer(job->settings, "bands");
+    sfield_system system;
+    memset(&system, 0, sizeof system);
+    system.parallel_for = ex_pool_run;
+    system.user = job->pool;
+    g->brdf = malloc(sfield_sh_brdf(bands, NULL, NULL) * sizeof *g->brdf);
+    return g->brdf && sfield_sh_brdf(bands, &system, g->brdf) > 0;
+}
+
 sf_gl *sf_gl_open(const rd_job *job, const sfield_field *const *fields, size_t field_count, size_t entity_count,
-                  int gloss, char *error)
+                  sf_gloss gloss, char *error)
 {
     sf_gl *g = calloc(1, sizeof *g);
     if (!g) {
@@ -62,7 +76,8 @@ sf_gl *sf_gl_open(const rd_job *job, const sfield_field *const *fields, size_t f
     }
     g->gl = job->gl;
     g->gloss = gloss;
-    if (sfield_algebra_create((uint32_t)rd_setting_integer(job->settings, "bands"), NULL, &g->algebra) != SFIELD_OK)
+    if (sfield_algebra_create((uint32_t)rd_setting_integer(job->settings, "bands"), NULL, &g->algebra) != SFIELD_OK ||
+        (gloss == SF_GLTF && !make_brdf(g, job)))
         out_of_memory(error);
     else if (sf_gl_fields(g, job, fields, field_count, entity_count, error) == 0)
         return g;
@@ -90,7 +105,8 @@ static int make_room(sf_gl *g, size_t points, char *error)
     of.width = d.width = WIDTH;
     of.height = d.height = (uint32_t)((points + BLOCK - 1) / BLOCK * ROWS);
     d.algebra = g->algebra;
-    d.gloss = g->gloss;
+    d.gloss = g->gloss == SF_PHONG;
+    d.materials = d.grazing = g->gloss == SF_GLTF;
     d.self = 1;
     if (d.height <= g->renderer.height)
         return 0;
@@ -101,9 +117,11 @@ static int make_room(sf_gl *g, size_t points, char *error)
         r = glbk_sfield_renderer_create(g->gl, &d, &g->renderer);
     free(g->light);
     free(g->shine);
+    free(g->graze);
     g->light = malloc(4 * WIDTH * (size_t)d.height * sizeof *g->light);
     g->shine = malloc(4 * WIDTH * (size_t)d.height * sizeof *g->shine);
-    if (!g->light || !g->shine)
+    g->graze = malloc(4 * WIDTH * (size_t)d.height * sizeof *g->graze);
+    if (!g->light || !g->shine || !g->graze)
         return out_of_memory(error);
     return r == GLBK_OK ? 0 : gl_failed("renderer", r, error);
 }
@@ -125,6 +143,13 @@ static const float *describe(const sfield_points *set, size_t i, const sfield_en
     if (set->exponents && set->exponents[i] > 0) {
         out->material.kind = LSAMP_MATERIAL_PHONG;
         out->material.exponent = set->exponents[i];
+    }
+    if (set->materials) {
+        const float *values = set->materials + i * set->material_stride / sizeof(float);
+        out->material.kind = LSAMP_MATERIAL_METAL_ROUGH;
+        memcpy(out->material.diffuse, values, sizeof out->material.diffuse);
+        out->material.metallic = values[3];
+        out->material.roughness = values[4];
     }
     return set->self && sfield_self(set->self, i, 1, self) == SFIELD_OK ? self : NULL;
 }
@@ -181,6 +206,8 @@ int sf_gl_shade(sf_gl *g, const rd_job *job, const sfield_scene *scene, const sf
     r = glbk_sfield_shade(g->gl, &g->renderer, &g->gbuffer, &g->scene, job->scene->camera.eye, 0);
     if (r == GLBK_OK)
         r = glbk_sfield_read(g->gl, &g->renderer, g->light, g->gloss ? g->shine : NULL);
+    if (r == GLBK_OK && g->gloss == SF_GLTF)
+        r = glbk_target_read(g->gl, &g->renderer.target, 2, 0, 0, WIDTH, g->renderer.height, g->graze);
     if (r != GLBK_OK)
         return gl_failed("shading", r, error);
     for (size_t s = 0; s < set_count; s++)
@@ -188,6 +215,8 @@ int sf_gl_shade(sf_gl *g, const rd_job *job, const sfield_scene *scene, const sf
             memcpy(sets[s].rgb + 3 * i, g->light + 4 * pixel_of(at), 3 * sizeof(float));
             if (g->gloss)
                 memcpy(sets[s].gloss + 3 * i, g->shine + 4 * pixel_of(at), 3 * sizeof(float));
+            if (g->gloss == SF_GLTF && sets[s].grazing)
+                memcpy(sets[s].grazing + 3 * i, g->graze + 4 * pixel_of(at), 3 * sizeof(float));
         }
     return 0;
 }
@@ -202,5 +231,7 @@ void sf_gl_close(sf_gl *g)
     sfield_algebra_free(g->algebra);
     free(g->light);
     free(g->shine);
+    free(g->graze);
+    free(g->brdf);
     free(g);
 }

@@ -96,8 +96,9 @@ void sf_baked_free(sf_baked *baked);
 /* On OpenGL (shadowfield_gl.c): fields, NULL ones left out, go up; then sf_gl_shade does what sfield_shade does for
    sets with their own rgb, and with gloss where it was asked for. */
 typedef struct sf_gl sf_gl;
+typedef enum sf_gloss { SF_DULL, SF_PHONG, SF_GLTF } sf_gloss;
 sf_gl *sf_gl_open(const rd_job *job, const sfield_field *const *fields, size_t field_count, size_t entity_count,
-                  int gloss, char *error);
+                  sf_gloss gloss, char *error);
 int    sf_gl_fields(sf_gl *gl, const rd_job *job, const sfield_field *const *fields, size_t field_count,
                     size_t entity_count, char *error);       /* others in their place */
 int    sf_gl_shade(sf_gl *gl, const rd_job *job, const sfield_scene *scene, const sfield_entity *entities,

@@ -90,6 +90,7 @@ struct glbk_sfield_scene {              /* fields and where they stand; read onl
     uint32_t     texels;                /* texels of the table */
     uint32_t     entities_at;           /* the texel of moving at which entities begin */
     int          sky;                   /* not 0: there is a sky */
+    int          has_brdf;              /* not 0: BRDFs come after the terms */
     float        reach;
     const sfield_algebra *algebra;
 };
@@ -97,10 +98,13 @@ struct glbk_sfield_scene {              /* fields and where they stand; read onl
 struct glbk_sfield_renderer {           /* the light of a picture; read only; zeroed = none */
     glbk_texture light;                 /* GLBK_FORMAT_COLOR: rgb times albedo is radiance; a is the open
                                            share of the cosine-weighted sphere */
-    glbk_texture gloss;                 /* rgb times the specular colour is radiance; none without
-                                           desc.gloss */
+    glbk_texture gloss;                 /* Phong: rgb times the specular colour is radiance; metal-rough: rgb
+                                           is radiance, and light's rgb has its factor 1 - F. None without
+                                           desc.gloss and desc.materials */
+    glbk_texture grazing;               /* metal-rough: the part of gloss that F0 does not color, as
+                                           sfield_points.grazing; none without desc.grazing */
     glbk_texture self;                  /* self-visibility; none without desc.self */
-    glbk_target  target;                /* of light and gloss */
+    glbk_target  target;                /* of light, gloss and grazing */
     glbk_target  self_target;           /* private, like all that follows but width, height and compute */
     glbk_program shade;
     glbk_program record;
@@ -110,6 +114,7 @@ struct glbk_sfield_renderer {           /* the light of a picture; read only; ze
     uint32_t     height;
     uint32_t     bands;
     uint32_t     self_attribute;
+    int          materials;
     int          compute;               /* not 0: pixels are shaded by a compute shader */
     int32_t      record_position;       /* the attribute that record was compiled for */
     const char  *record_vertex;         /* the function of yours that it was compiled with */

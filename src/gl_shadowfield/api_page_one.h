@@ -8,7 +8,8 @@ struct glbk_sfield_renderer_desc;   /* how large the picture is: below */
 GLBK_DEF glbk_result glbk_sfield_scene_create(glbk_context *ctx, const struct glbk_sfield_scene_desc *desc,
                                               glbk_sfield_scene *out);
 /* Uploads fields, and makes room for entities. The scene is empty and its sky is black at first.
-   Memory   on the GPU the fields, their coefficients filled up to a multiple of 16; here 56 bytes a field
+   Memory   on the GPU the fields, their coefficients filled up to a multiple of 16, and with desc.brdf 332 KB
+            (4 bands; 8: 1 MB); here 56 bytes a field
             and, while the call runs, the longest file of a field (sfield_bytes) and 16 KB
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range. GLBK_ERR_MISMATCH:
             a field of wavelets, logarithms, self-visibility or other bands, or a shard. GLBK_ERR_LIMIT: more
@@ -33,7 +34,7 @@ GLBK_DEF glbk_result glbk_sfield_renderer_create(glbk_context *ctx,
                                                  const struct glbk_sfield_renderer_desc *desc,
                                                  glbk_sfield_renderer *out);
 /* Compiles the program that shades and makes its textures.
-   Memory   on the GPU 16 bytes a pixel, 16 more with gloss, and self-visibility
+   Memory   on the GPU 16 bytes a pixel, 16 more with gloss and with grazing, and self-visibility
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range. GLBK_ERR_LIMIT:
             width or height is above ctx->max_side. GLBK_ERR_ALLOC. Those of textures, targets and
             glbk_program_compile */
@@ -46,8 +47,8 @@ GLBK_DEF glbk_result glbk_sfield_shade(glbk_context *ctx, glbk_sfield_renderer *
    eye      world, for lobes; NULL = that of the G-buffer, which knows it if it was drawn or imported
    open     not 0: light.a is wanted even if there is no sky
    Errors   GLBK_ERR_ARGUMENT: an object is NULL or was not created, or the renderer shades lobes and no eye
-            is known. GLBK_ERR_MISMATCH: the scene has other bands, or the G-buffer another size.
-            GLBK_ERR_LOST */
+            is known. GLBK_ERR_MISMATCH: the scene has other bands, or no BRDFs for desc.materials, or the
+            G-buffer has another size. GLBK_ERR_LOST */
 
 GLBK_DEF void glbk_sfield_scene_free(glbk_context *ctx, glbk_sfield_scene *scene);
 /* Deletes the scene's objects of GL, frees its memory and zeroes the struct; the fields are yours. Accepts
@@ -68,6 +69,9 @@ typedef struct glbk_sfield_scene_desc {
     uint32_t entity_capacity;           /* the most entities, 1..65535 */
     float    reach;                     /* as in sfield_scene_desc: occluders count up to this many of their
                                            radii, to 1e6; 0 = to the outermost shell of each */
+    const float *brdf;                  /* for renderers with desc.materials: what sfield_sh_brdf wrote for
+                                           the bands of algebra, read until glbk_sfield_scene_create returns.
+                                           NULL = no BRDFs */
 } glbk_sfield_scene_desc;
 
 typedef struct glbk_sfield_renderer_desc {
@@ -83,4 +87,7 @@ typedef struct glbk_sfield_renderer_desc {
     int      product_in_table;          /* not 0: shaders read the terms of the product from the table, as
                                            from 5 bands on anyway. 0: they are written into the program, which
                                            takes longer to compile and runs several times as fast */
+    int      materials;                 /* not 0: gloss is shaded by Phong's lobe and by glTF's metal-rough
+                                           BRDF, as each pixel's material says; the scene has desc.brdf */
+    int      grazing;                   /* not 0: with materials, renderer->grazing is wanted, too */
 } glbk_sfield_renderer_desc;

@@ -25,7 +25,7 @@
     X(uint, term_texel, 1)          /* where terms begin in glbk_sfield_table */            \
     X(uint, term_count, 1)          /* texels of terms, two terms each */                   \
     X(uint, sky_texel, 1)           /* where the sky begins in glbk_sfield_moving */        \
-    X(uint, unused0, 1)
+    X(uint, brdf_texel, 1)          /* where kernels of BRDFs begin in glbk_sfield_table */
 
 #define GLBK_SFIELD_FRAME_MEMBERS(X) X(vec4, eye, 1)        /* world; w is not used */
 
@@ -65,11 +65,12 @@
 
 #define GLBK_SFIELD_STORAGE(X)
 
-/* Compute shaders write a picture's light and gloss, and cubes and coefficients of a builder. */
+/* Compute shaders write a picture's light, gloss and grazing, and cubes and coefficients of a builder. */
 #define GLBK_SFIELD_IMAGES(X)                                                               \
     X(writeonly, rgba32f, image2D, glbk_sfield_light_image, 0)                              \
     X(writeonly, rgba32f, image2D, glbk_sfield_gloss_image, 1)                              \
     X(writeonly, rgba32ui, uimage2D, glbk_sfield_cube_image, 2)                             \
-    X(writeonly, rgba32ui, uimage2D, glbk_sfield_coefs_image, 3)
+    X(writeonly, rgba32ui, uimage2D, glbk_sfield_coefs_image, 3)                            \
+    X(writeonly, rgba32f, image2D, glbk_sfield_grazing_image, 4)
 
 GLBK__PART(SFIELD)

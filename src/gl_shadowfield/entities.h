@@ -108,6 +108,26 @@ static void glbk__sfield_put_rotation(const glbk_sfield_scene *s, const sfield_e
             }
 }
 
+/* Uploads a quarter turn about x, by which shaders turn BRDFs to their normals: after the sky. */
+static glbk_result glbk__sfield_put_quarter(glbk_context *ctx, const glbk_sfield_scene *s)
+{
+    static const float turn[16] = { 1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1 };
+    uint32_t words[4 * 200];                    /* 199 texels for 8 bands */
+    glbk__sfield_stage stage;
+    sfield_entity e;
+    memset(&stage, 0, sizeof stage);
+    memset(&e, 0, sizeof e);
+    memcpy(e.transform, turn, sizeof turn);
+    stage.ctx = ctx;
+    stage.table = &s->moving;
+    stage.at = s->bands * s->bands;
+    stage.words = words;
+    stage.room = 200;
+    glbk__sfield_put_rotation(s, &e, &stage);
+    glbk__sfield_flush(&stage);
+    return stage.result;
+}
+
 /* Returns the values of the block that tells shaders what the tables hold. */
 static glbk_sfield_contents glbk__sfield_contents_of(const glbk_sfield_scene *s, int sky)
 {
@@ -118,6 +138,7 @@ static glbk_sfield_contents glbk__sfield_contents_of(const glbk_sfield_scene *s,
     contents.light_count = s->light_count;
     contents.wants_sky = sky != 0;
     contents.term_count = s->terms;
+    contents.brdf_texel = s->terms;
     return contents;
 }
 

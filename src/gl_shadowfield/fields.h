@@ -3,7 +3,8 @@
 enum {
     GLBK__SFIELD_HEADER = 32,
     GLBK__SFIELD_STAGE = 1024,          /* texels that go up together */
-    GLBK__SFIELD_ENTITY = 7             /* texels of an entity */
+    GLBK__SFIELD_ENTITY = 7,            /* texels of an entity */
+    GLBK__SFIELD_KERNELS = 24 * 48 * 6  /* of the table of sfield_sh_brdf */
 };
 
 static const uint32_t glbk__sfield_none = 0xffffffffu;  /* SFIELD_NONE of the GLSL */
@@ -237,6 +238,24 @@ static void glbk__sfield_put_terms(glbk__sfield_stage *s, const uint32_t *terms,
                                                                            a multiple of 4 texels */
 }
 
+/* Returns how many texels a scene's table of BRDFs has. */
+static uint32_t glbk__sfield_brdf_texels(const glbk_sfield_scene_desc *d, uint32_t bands)
+{
+    return d->brdf ? GLBK__SFIELD_KERNELS * ((bands * (bands + 1) / 2 + 3) / 4) : 0;
+}
+
+/* Writes the table of BRDFs, each kernel filled up to a multiple of four numbers. */
+static void glbk__sfield_put_brdf(glbk__sfield_stage *s, const float *table, uint32_t bands)
+{
+    const uint32_t half = bands * (bands + 1) / 2;
+    uint32_t i, k, *texel = NULL;
+    for (i = 0; i < GLBK__SFIELD_KERNELS; i++)
+        for (k = 0; k < half; k++) {
+            if (k % 4 == 0) texel = glbk__sfield_texel(s);
+            memcpy(texel + k % 4, table++, 4);
+        }
+}
+
 /* Returns why the GPU cannot have a field of this kind, or NULL if it can. */
 static const char *glbk__sfield_refuse(const sfield_info *info, uint32_t bands)
 {
@@ -306,9 +325,10 @@ static uint64_t glbk__sfield_lay_out(const glbk_sfield_scene_desc *d, uint64_t t
     return texels;
 }
 
-/* Uploads terms and fields, by way of the bytes of each field's file. */
-static glbk_result glbk__sfield_fill(const glbk_sfield_scene_desc *d, const glbk_sfield__allocator *memory,
-                                     size_t most_bytes, glbk__sfield_stage *s)
+/* Uploads terms, BRDFs and fields, these by way of the bytes of each field's file. */
+static glbk_result glbk__sfield_fill(const glbk_sfield_scene_desc *d, uint32_t bands,
+                                     const glbk_sfield__allocator *memory, size_t most_bytes,
+                                     glbk__sfield_stage *s)
 {
     uint32_t count, *terms = glbk__sfield_terms(memory, d->algebra, &count);
     uint8_t *bytes = (uint8_t *)glbk_sfield__alloc(memory, most_bytes + 1);
@@ -319,6 +339,7 @@ static glbk_result glbk__sfield_fill(const glbk_sfield_scene_desc *d, const glbk
     if (!terms || !bytes || !s->words) s->result = GLBK_ERR_ALLOC;
     else {
         glbk__sfield_put_terms(s, terms, count);
+        if (d->brdf) glbk__sfield_put_brdf(s, d->brdf, bands);
         for (i = 0; i < d->field_count && s->result == GLBK_OK; i++) {
             (void)sfield_write(d->fields[i], bytes, most_bytes);
             glbk__sfield_read(bytes, &v);
@@ -332,6 +353,8 @@ static glbk_result glbk__sfield_fill(const glbk_sfield_scene_desc *d, const glbk
     return s->result;
 }
 
+static glbk_result glbk__sfield_put_quarter(glbk_context *ctx, const glbk_sfield_scene *s);
+
 /* Makes the tables of a scene whose bands, entity_capacity, reach and algebra are set. */
 static glbk_result glbk__sfield_create(glbk_context *ctx, const char *function,
                                        const glbk_sfield_scene_desc *d, glbk_sfield_scene *out)
@@ -343,13 +366,16 @@ static glbk_result glbk__sfield_create(glbk_context *ctx, const char *function,
     glbk__sfield_stage s;
 
     out->terms = ((uint32_t)sfield_sh_terms(d->algebra, NULL, NULL) + 7) / 8 * 4;
+    out->has_brdf = d->brdf != NULL;
     out->entities_at = out->bands * out->bands;
+    if (d->brdf) out->entities_at += glbk__sfield_rotation_texels(out->bands);
     moving = out->entities_at + (uint64_t)d->entity_capacity * glbk__sfield_entity_texels(out->bands);
     out->fields =
         (glbk_sfield_field *)glbk_sfield__alloc_array(&memory, d->field_count + 1, sizeof *out->fields);
     if (!out->fields) return GLBK_ERR_ALLOC;
     out->field_count = d->field_count;
-    texels = glbk__sfield_lay_out(d, out->terms, out->fields, &most_bytes);
+    texels = glbk__sfield_lay_out(d, out->terms + glbk__sfield_brdf_texels(d, out->bands), out->fields,
+                                  &most_bytes);
     if (texels > most || moving > most)
         return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, function,
                                   texels > most ? "the number of texels of desc.fields"
@@ -365,7 +391,8 @@ static glbk_result glbk__sfield_create(glbk_context *ctx, const char *function,
         s.result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, (size_t)moving, &out->moving);
     if (s.result == GLBK_OK)
         s.result = glbk_buffer_create(ctx, sizeof(glbk_sfield_contents), NULL, &out->contents);
-    if (s.result == GLBK_OK) s.result = glbk__sfield_fill(d, &memory, most_bytes, &s);
+    if (s.result == GLBK_OK) s.result = glbk__sfield_fill(d, out->bands, &memory, most_bytes, &s);
+    if (s.result == GLBK_OK && d->brdf) s.result = glbk__sfield_put_quarter(ctx, out);
     return s.result == GLBK_OK ? glbk__leave_created(ctx, glbk_sfield_scene_sky(ctx, out, NULL)) : s.result;
 }
 

@@ -81,7 +81,8 @@
 
    renderer.light then holds the light at each pixel without the surface's colour. No function resolves the
    light to a picture, as those of other techniques do, since how light meets colour is your lighting pass's
-   matter: albedo times light.rgb, and specular colour times gloss.rgb.
+   matter: albedo times light.rgb, and specular colour times gloss.rgb. With desc.materials metal-rough pixels
+   send base (1 - metallic) light.rgb + gloss.rgb to the eye.
 
    In shaders of your own
 
@@ -94,7 +95,11 @@
        position, normal   world space; the normal is unit
        own                the entity that the point lies on, counted from 1; 0 = none
        t                  from sfield_cosine, or self-visibility x cosine, turned into the world
-       g                  t times Phong's lobe, which is read with SFIELD_GLOSS=1 alone
+       g                  t times Phong's lobe, which is read if SFIELD_GLOSS is defined as 1 or 2
+
+   With SFIELD_GLOSS=2 a third function of direction, h, follows g, and the result's grazing is of h: so the
+   three kernels of the metal-rough BRDF find their light in one call (lib/sfield_point.glsl). sfield_kernel of
+   lib/sfield_brdf.glsl makes them from the scene's table of BRDFs.
 
    The result has light, which times albedo is radiance, as in renderer.light and sfield_points.rgb; gloss;
    and open, the share of the cosine-weighted sky that nothing hides.
@@ -124,6 +129,7 @@
      section 4    B, the rendering equation       glbk_sfield_shade        sfield_shade           T73
      section 4.1  triple products                 sfield_product           sfield_sh_product      T5 T6
      section 4.1  the double product              sfield_dot               sfield_sh_dot          -
+     section 4.1  the BRDF at the beginning       sfield_kernel            sfield_sh_brdf         -
      section 4.1  rotations                       sfield_rotate            sfield_sh_rotate       T9 T76
      section 4.1  the basis, the cosine           sfield_basis             sfield_sh_basis        T3 T10
      figure 5     entities from near to far       sfield_shade             sfield_shade           T78

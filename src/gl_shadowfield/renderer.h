@@ -2,8 +2,8 @@
 
 enum { GLBK__SFIELD_TERMS = 200 };      /* leaves room for the 163 of 4 bands */
 
-/* Makes the textures of light and gloss, and their target. */
-static glbk_result glbk__sfield_textures(glbk_context *ctx, glbk_sfield_renderer *r, int gloss)
+/* Makes the textures of light, gloss and grazing, and their target. */
+static glbk_result glbk__sfield_textures(glbk_context *ctx, glbk_sfield_renderer *r, int gloss, int grazing)
 {
     glbk_texture_desc texture;
     glbk_target_desc target;
@@ -19,6 +19,10 @@ static glbk_result glbk__sfield_textures(glbk_context *ctx, glbk_sfield_renderer
     if (gloss && result == GLBK_OK) {
         result = glbk_texture_create(ctx, &texture, &r->gloss);
         target.color[1] = &r->gloss;
+    }
+    if (grazing && result == GLBK_OK) {
+        result = glbk_texture_create(ctx, &texture, &r->grazing);
+        target.color[2] = &r->grazing;
     }
     return result == GLBK_OK ? glbk__target_create(ctx, &target, &r->target) : result;
 }
@@ -110,7 +114,7 @@ static glbk_result glbk__sfield_compile(glbk_context *ctx, const sfield_algebra 
     source.parts[0] = glbk_sfield_part();
     source.parts[1] = glbk_gbuffer_part();
     *(compute ? &source.compute : &source.fragment) = sink.out;
-    source.uses = compute ? "sfield_list sfield_field gbuffer" : "sfield_access sfield_field gbuffer";
+    source.uses = compute ? "sfield_list sfield_brdf gbuffer" : "sfield_access sfield_brdf gbuffer";
     source.defines = defines;
     result = glbk_program_compile(ctx, &source, out);
     glbk_sfield__free(&memory, sink.out);
@@ -127,6 +131,8 @@ static glbk_result glbk__sfield_check_renderer(const glbk_context *ctx, const ch
     result = glbk__require_side(ctx, function, "desc.width", d->width);
     if (result == GLBK_OK) result = glbk__require_side(ctx, function, "desc.height", d->height);
     if (result != GLBK_OK) return result;
+    if (d->grazing && !d->materials)
+        return glbk__refuse(ctx, GLBK_ERR_DESC, function, "desc.grazing", "is wanted without desc.materials");
     if (d->self_attribute > 12)
         return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.self_attribute", d->self_attribute, 0,
                                   12);
@@ -136,7 +142,7 @@ static glbk_result glbk__sfield_check_renderer(const glbk_context *ctx, const ch
 GLBK_DEF glbk_result glbk_sfield_renderer_create(glbk_context *ctx, const glbk_sfield_renderer_desc *d,
                                                  glbk_sfield_renderer *out)
 {
-    char defines[] = "SFIELD_BANDS=4 SFIELD_GLOSS=0 SFIELD_SELF=0 SFIELD_UNROLLED";
+    char defines[] = "SFIELD_BANDS=4 SFIELD_GLOSS=0 SFIELD_SELF=0 SFIELD_GRAZING=0 SFIELD_UNROLLED";
     int unrolled;
     glbk_result result;
 
@@ -150,12 +156,14 @@ GLBK_DEF glbk_result glbk_sfield_renderer_create(glbk_context *ctx, const glbk_s
     out->bands = glbk__sfield_bands(d->algebra);
     out->compute = ctx->compute;
     unrolled = !d->product_in_table && out->bands < 5;
-    if (!unrolled) defines[43] = 0;
+    if (!unrolled) defines[60] = 0;
+    out->materials = d->materials != 0;
     defines[13] = (char)('0' + out->bands);
-    defines[28] = d->gloss ? '1' : '0';
+    defines[28] = d->materials ? '2' : d->gloss ? '1' : '0';
     defines[42] = d->self ? '1' : '0';
+    defines[59] = d->grazing ? '1' : '0';
     out->self_attribute = d->self_attribute ? d->self_attribute : 4;
-    result = glbk__sfield_textures(ctx, out, d->gloss);
+    result = glbk__sfield_textures(ctx, out, d->gloss || d->materials, d->grazing);
     if (result == GLBK_OK && d->self) result = glbk__sfield_self_create(ctx, out);
     if (result == GLBK_OK)
         result = unrolled ? glbk__sfield_compile(ctx, d->algebra, defines, out->compute, &out->shade)
@@ -177,6 +185,7 @@ GLBK_DEF void glbk_sfield_renderer_free(glbk_context *ctx, glbk_sfield_renderer 
     glbk_target_free(ctx, &r->self_target);
     glbk_texture_free(ctx, &r->light);
     glbk_texture_free(ctx, &r->gloss);
+    glbk_texture_free(ctx, &r->grazing);
     glbk_texture_free(ctx, &r->self);
     glbk_buffer_free(ctx, &r->frame);
     glbk_buffer_free(ctx, &r->object);
@@ -204,6 +213,9 @@ GLBK_DEF glbk_result glbk_sfield_shade(glbk_context *ctx, glbk_sfield_renderer *
     if (s->bands != r->bands)
         return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, __func__, "scene->bands", s->bands,
                                   "that of the renderer");
+    if (r->materials && !s->has_brdf)
+        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, __func__, "scene",
+                            "has no desc.brdf, which the renderer's materials need");
     memset(&frame, 0, sizeof frame);
     memset(&pass, 0, sizeof pass);
     if (eye) memcpy(frame.eye, eye, 12);
@@ -221,6 +233,7 @@ GLBK_DEF glbk_result glbk_sfield_shade(glbk_context *ctx, glbk_sfield_renderer *
     if (r->compute) {
         glbk_bind_image(ctx, GLBK_SLOT_glbk_sfield_light_image, &r->light);
         glbk_bind_image(ctx, GLBK_SLOT_glbk_sfield_gloss_image, &r->gloss);
+        glbk_bind_image(ctx, GLBK_SLOT_glbk_sfield_grazing_image, &r->grazing);
         return glbk_dispatch(ctx, &r->shade, (r->width + 7) / 8, (r->height + 7) / 8, 1);
     }
     glbk_draw_screen(ctx);

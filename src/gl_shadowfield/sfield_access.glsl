@@ -6,5 +6,8 @@
 #define SFIELD_BANDS 4
 #endif
 #ifndef SFIELD_GLOSS
-#define SFIELD_GLOSS 0
+#define SFIELD_GLOSS 0              // 1: Phong's lobe; 2: the metal-rough BRDF, too
+#endif
+#ifndef SFIELD_GRAZING
+#define SFIELD_GRAZING 0
 #endif

@@ -3,6 +3,7 @@
 // uses: sfield_list sfield_point
 // sets: SFIELD_BANDS=4 SFIELD_GLOSS=0 SFIELD_SELF=1
 // sets: SFIELD_BANDS=3 SFIELD_GLOSS=1 | SFIELD_BANDS=8 SFIELD_GLOSS=0
+// sets: SFIELD_BANDS=4 SFIELD_GLOSS=2 SFIELD_GRAZING=1 SFIELD_SELF=1
 layout(local_size_x = 8, local_size_y = 8) in;
 
 void main()
@@ -11,7 +12,7 @@ void main()
     ivec2 size = textureSize(glbk_gbuffer_place, 0);
     bool inside = all(lessThan(at, size));
     glbk_point p;
-    sfield_sums sums = sfield_sums(vec3(0.0), vec3(0.0), 0.0);
+    sfield_sums sums = sfield_no_light();
     bool seen = glbk_read_point(min(at, size - 1), p) && inside;
     sfield_list(p.position, p.normal, seen);
     if (seen) sums = sfield_shade_point(at, p);
@@ -19,5 +20,8 @@ void main()
     imageStore(glbk_sfield_light_image, at, vec4(sums.light, sums.open));
 #if SFIELD_GLOSS
     imageStore(glbk_sfield_gloss_image, at, vec4(sums.gloss, 1.0));
+#endif
+#if SFIELD_GRAZING
+    imageStore(glbk_sfield_grazing_image, at, vec4(sums.grazing, 1.0));
 #endif
 }

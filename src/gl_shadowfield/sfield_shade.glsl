@@ -15,9 +15,12 @@
 
 struct sfield_sums {
     vec3 light;                     // times albedo it is radiance, as sfield_points.rgb
-    vec3 gloss;                     // of Phong's lobe; times the specular colour it is radiance
+    vec3 gloss;                     // of g: Phong's lobe; times the specular colour it is radiance
     float open;                     // share of the cosine-weighted sky that nothing hides
+    vec3 grazing;                   // of h, if SFIELD_GLOSS is 2
 };
+
+sfield_sums sfield_no_light() { return sfield_sums(vec3(0.0), vec3(0.0), 0.0, vec3(0.0)); }
 
 // Returns the first texel of entity i, counted from 0; points name the entity that they lie on from 1, 0
 // being none.
@@ -139,9 +142,12 @@ vec3 sfield_channel(vec3 rgb, uint c, float sum)
     return c == 0u ? vec3(sum) : c == 1u ? vec3(rgb.x, sum, sum) : vec3(rgb.xy, sum);
 }
 
-// Adds t . radiance of a light to the light, and g . radiance to the gloss; t and g are turned into the
-// light's space.
+// Adds t . radiance of a light to the light, and g . radiance to the gloss. t and g are turned into the
+// light's space; with h, and its part of the gloss, the radiance is turned in their place.
 void sfield_light(uint entity, vec3 position, float t[SFIELD_COEFS], float g[SFIELD_COEFS],
+#if SFIELD_GLOSS > 1
+                  float h[SFIELD_COEFS],
+#endif
                   inout sfield_sums sums)
 {
     uvec4 what = SFIELD_RECORD(entity, 5u);
@@ -149,19 +155,30 @@ void sfield_light(uint entity, vec3 position, float t[SFIELD_COEFS], float g[SFI
     sfield_place place = sfield_locate(what.y, sfield_local(entity, sphere, position));
     float time = uintBitsToFloat(SFIELD_RECORD(entity, 4u).w), v[SFIELD_COEFS];
     vec3 light = vec3(0.0), gloss = vec3(0.0), tint = uintBitsToFloat(SFIELD_RECORD(entity, 6u).xyz);
+#if SFIELD_GLOSS > 1
+    vec3 grazing = vec3(0.0);
+#else
     if (what.z != SFIELD_NONE) {
         sfield_rotate(what.z, true, t);
 #if SFIELD_GLOSS
         sfield_rotate(what.z, true, g);
 #endif
     }
+#endif
     for (uint c = 0u; c < SFIELD_TEXEL(what.y + 1u).x; c++) {    // of 3 channels
         sfield_fetch(what.y, place, c, time, 1.0, v);
+#if SFIELD_GLOSS > 1
+        if (what.z != SFIELD_NONE) sfield_rotate(what.z, false, v);
+        grazing = sfield_channel(grazing, c, sfield_dot(v, h));
+#endif
         light = sfield_channel(light, c, sfield_dot(v, t));
 #if SFIELD_GLOSS
         gloss = sfield_channel(gloss, c, sfield_dot(v, g));
 #endif
     }
+#if SFIELD_GLOSS > 1
+    sums.grazing += grazing * tint;
+#endif
     sums.light += light * tint;
     sums.gloss += gloss * tint;
 }
@@ -186,10 +203,14 @@ void sfield_apply(float o[SFIELD_COEFS], inout float t[SFIELD_COEFS])
 // Returns the light at a point of the world with a unit normal. own is the entity that the point lies on,
 // counted from 1, which neither hides the point, since t does, nor lights it; 0 is none. t is self-visibility
 // x cosine, in the world: that of sfield_cosine, or recorded and turned. g is t x Phong's lobe, and is used
-// if SFIELD_GLOSS is 1.
-sfield_sums sfield_shade(vec3 position, vec3 normal, uint own, float t[SFIELD_COEFS], float g[SFIELD_COEFS])
+// if SFIELD_GLOSS is not 0. If it is 2, h follows, and any of the three may be kernels of sfield_kernel.
+sfield_sums sfield_shade(vec3 position, vec3 normal, uint own, float t[SFIELD_COEFS], float g[SFIELD_COEFS]
+#if SFIELD_GLOSS > 1
+                         , float h[SFIELD_COEFS]
+#endif
+)
 {
-    sfield_sums sums = sfield_sums(vec3(0.0), vec3(0.0), 0.0);
+    sfield_sums sums = sfield_no_light();
     uint count = glbk_sfield_contents.entity_count, left = glbk_sfield_contents.light_count;
     uint id = SFIELD_NONE, first = 0u;
     uint name[SFIELD_BATCH];
@@ -210,13 +231,20 @@ sfield_sums sfield_shade(vec3 position, vec3 normal, uint own, float t[SFIELD_CO
             if (id == SFIELD_NONE) {
                 more = false;
             } else if (id < SFIELD_HIDES) {
+#if SFIELD_GLOSS > 1
+                sfield_light(id, position, t, g, h, sums);
+#else
                 sfield_light(id, position, t, g, sums);
+#endif
                 left--;
                 more = left > 0u || sky;
             } else if (sfield_occlusion(id & ~SFIELD_HIDES, position, normal, met, o)) {
                 sfield_apply(o, t);
 #if SFIELD_GLOSS
                 sfield_apply(o, g);
+#endif
+#if SFIELD_GLOSS > 1
+                sfield_apply(o, h);
 #endif
             }
         }
@@ -225,6 +253,9 @@ sfield_sums sfield_shade(vec3 position, vec3 normal, uint own, float t[SFIELD_CO
         sums.light += sfield_sky(t);
 #if SFIELD_GLOSS
         sums.gloss += sfield_sky(g);
+#endif
+#if SFIELD_GLOSS > 1
+        sums.grazing += sfield_sky(h);
 #endif
     }
     sums.light *= 1.0 / SFIELD_PI;

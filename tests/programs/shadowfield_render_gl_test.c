@@ -24,6 +24,14 @@ static void spots_and_sun_light_glossy_robots_alike(void **state)
     agree("--scene builtin:robots --set materials=full --set gloss=phong --set bands=3 --light sun:1,1,1,2" SMALL);
 }
 
+/* glTF's BRDF: pieces whose textures are laid over points, and gloss=auto is it on both. */
+static void metal_chess_lights_alike(void **state)
+{
+    (void)state;
+    agree("--scene builtin:chess --env builtin:overcast --set materials=full --set bands=3 --set roughness=0.4 "
+          "--set metallic=1" SMALL);
+}
+
 /* A close look at a bullet, which glows with 420: the other lamps light it, its own light does not. It was black. */
 static void bullets_are_lit_by_others(void **state)
 {
@@ -82,6 +90,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = { cmocka_unit_test(a_sky_on_instances_lights_alike),
                                         cmocka_unit_test(spots_and_sun_light_glossy_robots_alike),
+                                        cmocka_unit_test(metal_chess_lights_alike),
                                         cmocka_unit_test(bullets_are_lit_by_others),
                                         cmocka_unit_test(a_moving_video_lights_alike),
                                         cmocka_unit_test(bones_that_follow_light_alike),

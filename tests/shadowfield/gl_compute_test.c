@@ -24,6 +24,7 @@ enum { FIELDS = 4, MOST = 200, WIDTH = 21, HEIGHT = 13, PIXELS = WIDTH * HEIGHT 
 typedef struct world {
     sfield_algebra   *algebra;
     sfield_field     *field[FIELDS];            /* box, soup; lights: ball, the soup that flickers */
+    float            *brdf;
     glbk_sfield_scene gl;
 } world;
 
@@ -50,6 +51,9 @@ static void open_world(gl_test *t, world *w, uint32_t bands, float reach)
     d.frame_count = 2;
     d.frames_per_second = 10;
     assert_int_equal(sfield_build_emissive(&d, &of_soup, radiance, &w->field[3], NULL), SFIELD_OK);
+    w->brdf = (float *)malloc(sfield_sh_brdf(bands, NULL, NULL) * sizeof(float));
+    assert_int_equal(sfield_sh_brdf(bands, NULL, w->brdf), sfield_sh_brdf(bands, NULL, NULL));
+    g.brdf = w->brdf;
     g.algebra = w->algebra;
     g.fields = (const sfield_field *const *)w->field;
     g.field_count = FIELDS;
@@ -67,6 +71,7 @@ static void close_world(gl_test *t, world *w)
     glbk_sfield_scene_free(&t->gl, &w->gl);
     for (i = 0; i < FIELDS; i++) sfield_free(w->field[i]);
     sfield_algebra_free(w->algebra);
+    free(w->brdf);
 }
 
 static void turn_at_random(float *m, uint64_t *seed)
@@ -137,13 +142,17 @@ static void fill(gl_test *t, glbk_gbuffer *g, glbk_sfield_renderer *r, uint32_t 
             own[y * WIDTH + x] = (x + y) % 4 == 1 ? self : NULL;
             p->material.kind = (x + y) % 3 ? LSAMP_MATERIAL_PHONG : LSAMP_MATERIAL_LAMBERT;
             p->material.exponent = (float)((x + y) % 3) * 8;
+            p->material.metallic = 0.5f;
+            p->material.roughness = 0.05f * (float)x;
+            for (k = 0; k < 3; k++) p->material.diffuse[k] = 0.3f * (float)k + 0.1f;
+            if ((x + y) % 5 == 0) p->material.kind = LSAMP_MATERIAL_METAL_ROUGH;
         }
     assert_glbk(t, glbk_gbuffer_upload(&t->gl, g, 0, HEIGHT, pixels));
     assert_glbk(t, glbk_sfield_self_upload(&t->gl, r, 0, HEIGHT, own));
 }
 
 static void shade(gl_test *t, glbk_context *gl, const world *w, uint32_t entities, int gloss, int unrolled,
-                  float (*light)[4], float (*shine)[4])
+                  float (*light)[4], float (*shine)[4], float (*graze)[4])
 {
     static const float eye[3] = { 1, 4, 3 };
     glbk_sfield_renderer_desc d;
@@ -156,7 +165,8 @@ static void shade(gl_test *t, glbk_context *gl, const world *w, uint32_t entitie
     of.height = d.height = HEIGHT;
     d.self = 1;
     d.algebra = w->algebra;
-    d.gloss = gloss;
+    d.gloss = gloss == 1;
+    d.materials = d.grazing = gloss == 2;
     d.product_in_table = !unrolled;
     assert_glbk(t, glbk_gbuffer_create(gl, &of, &g));
     assert_glbk(t, glbk_sfield_renderer_create(gl, &d, &r));
@@ -164,6 +174,7 @@ static void shade(gl_test *t, glbk_context *gl, const world *w, uint32_t entitie
     fill(t, &g, &r, entities);
     assert_glbk(t, glbk_sfield_shade(gl, &r, &g, &w->gl, eye, 1));
     assert_glbk(t, glbk_sfield_read(gl, &r, light[0], gloss ? shine[0] : NULL));
+    if (gloss == 2) assert_glbk(t, glbk_target_read(gl, &r.target, 2, 0, 0, WIDTH, HEIGHT, graze[0]));
     glbk_sfield_renderer_free(gl, &r);
     glbk_gbuffer_free(gl, &g);
 }
@@ -175,13 +186,14 @@ typedef struct scene_case { uint32_t bands, entities; float reach; int sky, glos
 /* 128 entities are listed at most: 200 of them that reach far, and shine, are gone through in the table. 8 bands and
    gloss are 1616 rounds of a loop for each occluder, of which software drivers do 65535 and no more. */
 static const scene_case cases[] = { { 4, 60, 2.5f, 0, 0, 1 }, { 4, 200, 0, 1, 0, 1 }, { 4, 60, 2.5f, 1, 1, 1 },
-                                    { 3, 60, 0, 1, 1, 0 },    { 1, 40, 2.5f, 1, 0, 1 }, { 8, 24, 3, 1, 1, 0 } };
+                                    { 3, 60, 0, 1, 1, 0 },    { 2, 60, 2.5f, 1, 2, 1 },
+                                       { 1, 40, 2.5f, 1, 0, 1 }, { 8, 24, 3, 1, 1, 0 } };
 
 static void scenes_are_lit_as_on_the_core_path(void **state)
 {
     GL_TEST(t, state)
     static world w;
-    static float light[2][PIXELS][4], shine[2][PIXELS][4];
+    static float light[2][PIXELS][4], shine[2][PIXELS][4], graze[2][PIXELS][4];
     glbk_context core = t->gl;
     size_t i;
     int p, k;
@@ -192,8 +204,8 @@ static void scenes_are_lit_as_on_the_core_path(void **state)
         double off = 0, most = 0, dark = 0, seen = 0;
         open_world(t, &w, c->bands, c->reach);
         place(t, &w, c->entities, c->sky);
-        shade(t, &t->gl, &w, c->entities, c->gloss, c->unrolled, light[0], shine[0]);
-        shade(t, &core, &w, c->entities, c->gloss, c->unrolled, light[1], shine[1]);
+        shade(t, &t->gl, &w, c->entities, c->gloss, c->unrolled, light[0], shine[0], graze[0]);
+        shade(t, &core, &w, c->entities, c->gloss, c->unrolled, light[1], shine[1], graze[1]);
         for (p = 0; p < PIXELS; p++) {
             for (k = 0; k < 4; k++) {
                 off = fmax(off, fabs((double)light[0][p][k] - (double)light[1][p][k]));
@@ -201,6 +213,7 @@ static void scenes_are_lit_as_on_the_core_path(void **state)
                 if (!c->gloss) continue;
                 off = fmax(off, fabs((double)shine[0][p][k] - (double)shine[1][p][k]));
                 most = fmax(most, fabs((double)shine[1][p][k]));
+                if (c->gloss > 1) off = fmax(off, fabs((double)graze[0][p][k] - (double)graze[1][p][k]));
             }
             seen += light[1][p][0] != 0;
             dark += light[1][p][0] != 0 && light[1][p][3] < 0.9f;

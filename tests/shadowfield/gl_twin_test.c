@@ -63,6 +63,7 @@ typedef struct both {
     sfield_field          *field[FIELDS];        /* box, soup; lights: ball, soup, box, video ball */
     glbk_sfield_scene      world;
     glbk_sfield_scene_desc desc;
+    float                 *brdf;                 /* NULL: no table of BRDFs is uploaded */
 } both;
 
 static void build_fields(both *b, uint32_t bands)
@@ -93,8 +94,18 @@ static void build_fields(both *b, uint32_t bands)
     model_free(&ball);
 }
 
+static void make_brdf(both *b)
+{
+    const size_t floats = sfield_sh_brdf(b->bands, NULL, NULL);
+    assert_int_equal(floats, 24 * 48 * 6 * b->bands * (b->bands + 1) / 2);
+    b->brdf = (float *)malloc(floats * sizeof(float));
+    assert_non_null(b->brdf);
+    assert_int_equal(sfield_sh_brdf(b->bands, NULL, b->brdf), floats);
+}
+
 static void upload(gl_test *t, both *b)
 {
+    b->desc.brdf = b->brdf;
     b->desc.algebra = b->algebra;
     b->desc.fields = (const sfield_field *const *)b->field;
     b->desc.field_count = FIELDS;
@@ -118,6 +129,8 @@ static void free_both(gl_test *t, both *b)
     glbk_sfield_scene_free(&t->gl, &b->world);
     for (i = 0; i < FIELDS; i++) sfield_free(b->field[i]);
     sfield_algebra_free(b->algebra);
+    free(b->brdf);
+    b->brdf = NULL;
 }
 
 /* ---- one function at a time ---- */
@@ -421,7 +434,8 @@ typedef struct stage {
     sfield_entity      entity[ENTITIES];
     sfield_field      *self;
     float              positions[POINTS][3], normals[POINTS][3], rgb[POINTS][3], gloss[POINTS][3], open[POINTS];
-    float              light[POINTS][4], shine[POINTS][4];
+    float              light[POINTS][4], shine[POINTS][4], graze[POINTS][4];
+    float              material[POINTS][5], grazing[POINTS][3];
 } stage;
 
 /* Boxes and soups, one with a light of its own; lights of four kinds; sky and sun. */
@@ -456,7 +470,7 @@ static void make_stage(stage *s, const both *b, uint64_t *seed, int sky)
 }
 
 /* Points of box 0, with self-visibility, then in space; each a set of its own, so that C orders occluders for
-   it alone. */
+   it alone. exponent: of a lobe, 0 = none, -1 = materials, which have no ambient. */
 static void shade_in_c(stage *s, const both *b, uint64_t *seed, const float *eye, float exponent, int on_entity)
 {
     static float views[POINTS][3], local[POINTS][3], facing[POINTS][3];
@@ -490,10 +504,12 @@ static void shade_in_c(stage *s, const both *b, uint64_t *seed, const float *eye
         sets[i].normals = facing[i];
         sets[i].entity = on_entity ? 1 : 0;
         sets[i].to_eye = views[i];
-        sets[i].exponents = &exponent;
+        sets[i].exponents = exponent < 0 ? NULL : &exponent;
+        sets[i].materials = exponent < 0 ? s->material[i] : NULL;
         sets[i].rgb = s->rgb[i];
-        sets[i].gloss = exponent > 0 ? s->gloss[i] : NULL;
-        sets[i].ambient = &s->open[i];
+        sets[i].gloss = exponent > 0 || exponent < 0 ? s->gloss[i] : NULL;
+        sets[i].grazing = exponent < 0 ? s->grazing[i] : NULL;
+        sets[i].ambient = exponent < 0 ? NULL : &s->open[i];
     }
     if (on_entity) {
         assert_int_equal(sfield_build_self(&d, &mesh, AT(local[0], facing[0], POINTS),
@@ -516,7 +532,8 @@ static void shade_in_gl(gl_test *t, stage *s, both *b, const float *eye, float e
     const float *own[POINTS] = { NULL };
     glbk_pixel pixels[POINTS];
     glbk_sfield_renderer r;
-    const glbk_sfield_renderer_desc d = { POINTS / 4, 4, b->algebra, exponent > 0, on_entity, 0, on_entity };
+    const int metal = exponent < 0;
+    const glbk_sfield_renderer_desc d = { POINTS / 4, 4, b->algebra, exponent > 0, on_entity, 0, on_entity, metal, metal };
     glbk_gbuffer_desc of;
     glbk_gbuffer g;
     float coefs[3 * 64];
@@ -533,7 +550,13 @@ static void shade_in_gl(gl_test *t, stage *s, both *b, const float *eye, float e
         memcpy(pixels[i].normal, s->normals[i], 12);
         pixels[i].entity = on_entity ? 1 : 0;
         pixels[i].material.kind = exponent > 0 ? LSAMP_MATERIAL_PHONG : LSAMP_MATERIAL_LAMBERT;
-        pixels[i].material.exponent = exponent;
+        pixels[i].material.exponent = exponent > 0 ? exponent : 0;
+        if (metal) {
+            pixels[i].material.kind = LSAMP_MATERIAL_METAL_ROUGH;
+            memcpy(pixels[i].material.diffuse, s->material[i], 12);
+            pixels[i].material.metallic = s->material[i][3];
+            pixels[i].material.roughness = s->material[i][4];
+        }
         if (on_entity) {
             assert_int_equal(sfield_self(s->self, (size_t)i, 1, self[i]), SFIELD_OK);
             own[i] = self[i];
@@ -545,7 +568,8 @@ static void shade_in_gl(gl_test *t, stage *s, both *b, const float *eye, float e
     for (i = 0; i < 4 && on_entity; i++)
         assert_glbk(t, glbk_sfield_self_upload(&t->gl, &r, (uint32_t)i, 1, own + i * (POINTS / 4)));
     assert_glbk(t, glbk_sfield_shade(&t->gl, &r, &g, &b->world, eye, 1));
-    assert_glbk(t, glbk_sfield_read(&t->gl, &r, s->light[0], exponent > 0 ? s->shine[0] : NULL));
+    assert_glbk(t, glbk_sfield_read(&t->gl, &r, s->light[0], exponent > 0 || metal ? s->shine[0] : NULL));
+    if (metal) assert_glbk(t, glbk_target_read(&t->gl, &r.target, 2, 0, 0, POINTS / 4, 4, s->graze[0]));
     glbk_sfield_renderer_free(&t->gl, &r);
     glbk_gbuffer_free(&t->gl, &g);
 }
@@ -592,6 +616,59 @@ static void scenes_are_shaded_as_on_the_cpu(void **state)
     }
 }
 
+/* Adds up how far one result is off another, and its size. */
+static void compare_results(const float (*gl)[4], const float (*cpu)[3], double *sum, double *size)
+{
+    for (int i = 0; i < POINTS; i++)
+        for (int k = 0; k < 3; k++) {
+            const double off = (double)gl[i][k] - (double)cpu[i][k];
+            *sum += off * off;
+            *size += (double)cpu[i][k] * (double)cpu[i][k];
+        }
+}
+
+/* The metal-rough BRDF: what is diffuse, specular and grazing, each by itself. */
+static void materials_are_shaded_as_on_the_cpu(void **state)
+{
+    GL_TEST(t, state)
+    static both b;
+    static stage s;
+    const float eye[3] = { 1, 5, 2 };
+    uint64_t seed = 31;
+    for (int way = 0; way < 2; way++) {         /* in space under a sky; on an object, of few bands since drivers
+                                                   take long for these programs */
+        const uint32_t bands = way ? 2 : 4;
+        const int on_entity = way, sky = !way;
+        double sum[3] = { 0, 0, 0 }, size[3] = { 0, 0, 0 }, dark = 0, bright = 0;
+        build_fields(&b, bands);
+        make_brdf(&b);
+        upload(t, &b);
+        make_stage(&s, &b, &seed, sky);
+        for (int i = 0; i < POINTS; i++) {
+            for (int k = 0; k < 5; k++) s.material[i][k] = (float)rnd(&seed);
+            if (i % 3 == 0) s.material[i][3] = 0;
+            if (i % 7 == 0) s.material[i][4] = i % 2 ? 1.0f : 0.0f;
+        }
+        shade_in_c(&s, &b, &seed, eye, -1, on_entity);
+        shade_in_gl(t, &s, &b, eye, -1, on_entity, sky);
+        compare_results((const float (*)[4])s.light, (const float (*)[3])s.rgb, &sum[0], &size[0]);
+        compare_results((const float (*)[4])s.shine, (const float (*)[3])s.gloss, &sum[1], &size[1]);
+        compare_results((const float (*)[4])s.graze, (const float (*)[3])s.grazing, &sum[2], &size[2]);
+        for (int i = 0; i < POINTS; i++) {
+            dark += s.light[i][3] < 0.8f;
+            bright += s.light[i][3] > 0.99f;
+        }
+        printf("materials %d: off by %.1e, %.1e, %.1e of %.2g, %.2g, %.2g; %.0f dark, %.0f bright of %d\n", way,
+               sqrt(sum[0] / size[0]), sqrt(sum[1] / size[1]), sqrt(sum[2] / size[2]), sqrt(size[0]), sqrt(size[1]),
+               sqrt(size[2]), dark, bright, POINTS);
+        assert_true(dark > POINTS / 8 && size[0] > 0.1 && size[1] > 0.1 && size[2] > 1e-4);
+        for (int k = 0; k < 3; k++) assert_true(sqrt(sum[k] / size[k]) < 5e-4);
+        sfield_scene_free(s.scene);
+        sfield_free(s.self);
+        free_both(t, &b);
+    }
+}
+
 /* ---- failures put into GL's mouth, and a state turned over ---- */
 
 static uint32_t (GLBK_CALL *real_error)(void);
@@ -618,7 +695,7 @@ static void release(void *memory, void *user)
 static glbk_result make_all(gl_test *t, const both *b, glbk_sfield_scene *w, glbk_gbuffer *g,
                             glbk_sfield_renderer *r)
 {
-    glbk_sfield_renderer_desc d = { 4, 4, b->algebra, 1, 1, 0, 0 };
+    glbk_sfield_renderer_desc d = { 4, 4, b->algebra, 1, 1, 0, 0, 1, 1 };
     const float *own[16] = { NULL };
     glbk_gbuffer_desc of;
     glbk_pixel pixels[4];
@@ -657,6 +734,7 @@ static void failures_leave_nothing(void **state)
     int kind, done = 0;
     t->gl.check = 1;
     build_fields(&b, 2);
+    make_brdf(&b);
     upload(t, &b);
     real_error = t->gl.gl.GetError;
     for (kind = 0; kind < 2; kind++)
@@ -747,6 +825,7 @@ static void a_hostile_state_changes_nothing(void **state)
     float plain[4][64], odd[4][64];
     gl_hostile h;
     build_fields(&b, 2);
+    make_brdf(&b);
     upload(t, &b);
     gl_state_watch(t, 1);
     gl_count_begin(&t->gl);
@@ -772,11 +851,12 @@ static void a_lost_context_is_called_no_more(void **state)
     glbk_sfield_scene w, w2;
     glbk_gbuffer g;
     glbk_sfield_renderer r, r2;
-    glbk_sfield_renderer_desc d = { 4, 4, NULL, 1, 1, 0, 0 };
+    glbk_sfield_renderer_desc d = { 4, 4, NULL, 1, 1, 0, 0, 1, 1 };
     const float *own[16] = { NULL };
     sfield_entity e;
     glbk_context ctx;
     build_fields(&b, 2);
+    make_brdf(&b);
     upload(t, &b);
     d.algebra = b.algebra;
     memset(&e, 0, sizeof e);
@@ -815,7 +895,8 @@ int main(int count, char **values)
 {
     struct CMUnitTest tests[] = {
         gl_unit_test(functions_in_glsl_equal_their_twins), gl_unit_test(written_products_agree),
-        gl_unit_test(scenes_are_shaded_as_on_the_cpu), gl_unit_test(failures_leave_nothing),
+        gl_unit_test(scenes_are_shaded_as_on_the_cpu), gl_unit_test(materials_are_shaded_as_on_the_cpu),
+        gl_unit_test(failures_leave_nothing),
         gl_unit_test(a_lost_context_is_called_no_more), gl_unit_test(a_hostile_state_changes_nothing)
     };
     (void)count;
