@@ -862,7 +862,7 @@ static const struct { char s0[783]; char end; } glbk__glsl_lib_sfield_bindings_g
     "#endif\n", 0
 };
 
-static const struct { char s0[1963]; char end; } glbk__glsl_lib_sfield_brdf_glsl = {
+static const struct { char s0[1981]; char end; } glbk__glsl_lib_sfield_brdf_glsl = {
     "\n\n\n\n\n\n#define SFIELD_ROUGHNESSES 24\n"
     "#define SFIELD_ANGLES 48\n"
     "#define SFIELD_KERNEL ((SFIELD_BANDS * (SFIELD_BANDS + 1) / 2 + 3) / 4)\n"
@@ -910,7 +910,8 @@ static const struct { char s0[1963]; char end; } glbk__glsl_lib_sfield_brdf_glsl
     "float far=length(across);\n"
     "sfield_mix_kernel(kernel,roughness,dot(n,view),v);\n"
     "sfield_turn_about_z(far>1e-6?across/far:vec2(1.,.0),v);\n"
-    "for(uint i=0u;i<min(glbk_sfield_contents.term_count+2u,2u);i++){\n"
+    "uint turns=min(glbk_sfield_contents.term_count+2u,2u);\n"
+    "for(uint i=0u;i<turns;i++){\n"
     "sfield_rotate(uint(SFIELD_COEFS),i>0u,v);\n"
     "sfield_turn_about_z(i==0u?tilt:heading,v);\n"
     "}\n"

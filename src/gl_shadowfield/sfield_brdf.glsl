@@ -59,7 +59,8 @@ void sfield_kernel(uint kernel, float roughness, vec3 n, vec3 view, out float v[
     float far = length(across);
     sfield_mix_kernel(kernel, roughness, dot(n, view), v);
     sfield_turn_about_z(far > 1e-6 ? across / far : vec2(1.0, 0.0), v);
-    for (uint i = 0u; i < min(glbk_sfield_contents.term_count + 2u, 2u); i++) {  // a number that compilers do not know
+    uint turns = min(glbk_sfield_contents.term_count + 2u, 2u);    // 2, which compilers do not know
+    for (uint i = 0u; i < turns; i++) {
         sfield_rotate(uint(SFIELD_COEFS), i > 0u, v);
         sfield_turn_about_z(i == 0u ? tilt : heading, v);
     }

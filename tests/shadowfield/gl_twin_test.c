@@ -533,7 +533,8 @@ static void shade_in_gl(gl_test *t, stage *s, both *b, const float *eye, float e
     glbk_pixel pixels[POINTS];
     glbk_sfield_renderer r;
     const int metal = exponent < 0;
-    const glbk_sfield_renderer_desc d = { POINTS / 4, 4, b->algebra, exponent > 0, on_entity, 0, on_entity, metal, metal };
+    const glbk_sfield_renderer_desc d = { POINTS / 4, 4, b->algebra, exponent > 0, on_entity, 0, on_entity, metal,
+                                          metal };
     glbk_gbuffer_desc of;
     glbk_gbuffer g;
     float coefs[3 * 64];
