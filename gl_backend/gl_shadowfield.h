@@ -862,8 +862,8 @@ static const struct { char s0[783]; char end; } glbk__glsl_lib_sfield_bindings_g
     "#endif\n", 0
 };
 
-static const struct { char s0[1981]; char end; } glbk__glsl_lib_sfield_brdf_glsl = {
-    "\n\n\n\n\n\n#define SFIELD_ROUGHNESSES 24\n"
+static const struct { char s0[1988]; char end; } glbk__glsl_lib_sfield_brdf_glsl = {
+    "\n\n\n\n\n\n\n#define SFIELD_ROUGHNESSES 24\n"
     "#define SFIELD_ANGLES 48\n"
     "#define SFIELD_KERNEL ((SFIELD_BANDS * (SFIELD_BANDS + 1) / 2 + 3) / 4)\n"
     "\n#if SFIELD_GLOSS > 1\n"
@@ -905,7 +905,8 @@ static const struct { char s0[1981]; char end; } glbk__glsl_lib_sfield_brdf_glsl
     "\n\n\nvoid sfield_kernel(uint kernel,float roughness,vec3 n,vec3 view,out float v[SFIELD_COEFS])\n"
     "{\n"
     "float ring=length(n.xy);\n"
-    "vec2 heading=ring>1e-6?n.xy/ring:vec2(1.,.0),tilt=vec2(n.z,ring)/length(vec2(n.z,ring));\n"
+    "vec2 heading=ring>1e-6?n.xy/ring:vec2(1.,.0);\n"
+    "vec2 tilt=vec2(n.z,ring)/length(vec2(n.z,ring));\n"
     "vec2 across=vec2(n.z*dot(heading,view.xy)-ring*view.z,heading.x*view.y-heading.y*view.x);\n"
     "float far=length(across);\n"
     "sfield_mix_kernel(kernel,roughness,dot(n,view),v);\n"

@@ -1,9 +1,10 @@
-// sfield_brdf - returns the kernels of glTF's metal-rough BRDF at a point, by the table of sfield_sh_brdf. C twin:
-// gloss in shadowfield.h.
+// sfield_brdf - returns the kernels of glTF's metal-rough BRDF at a point, by the table of sfield_sh_brdf. C
+// twin: gloss in shadowfield.h.
 // uses: sfield_access sfield_field
 
 // The table has a node for each of 24 roughnesses and 48 angles of view, and at a node six kernels, of the
-// coefficients of order m >= 0 each: (1 - s) / pi, D V (1 - s) and D V s, times the cosine and then without it.
+// coefficients of order m >= 0 each: (1 - s) / pi, D V (1 - s) and D V s, times the cosine and then without
+// it.
 #define SFIELD_ROUGHNESSES 24
 #define SFIELD_ANGLES 48
 #define SFIELD_KERNEL ((SFIELD_BANDS * (SFIELD_BANDS + 1) / 2 + 3) / 4)    // texels of a kernel
@@ -49,12 +50,13 @@ void sfield_mix_kernel(uint kernel, float roughness, float facing, out float v[S
         }
 }
 
-// Returns kernel 0..5 in the world, for a unit normal and a unit vector to the eye: turned about z, about y, which
-// is z between two quarter turns about x, and about z again.
+// Returns kernel 0..5 in the world, for a unit normal and a unit vector to the eye: turned about z, about y,
+// which is z between two quarter turns about x, and about z again.
 void sfield_kernel(uint kernel, float roughness, vec3 n, vec3 view, out float v[SFIELD_COEFS])
 {
     float ring = length(n.xy);
-    vec2 heading = ring > 1e-6 ? n.xy / ring : vec2(1.0, 0.0), tilt = vec2(n.z, ring) / length(vec2(n.z, ring));
+    vec2 heading = ring > 1e-6 ? n.xy / ring : vec2(1.0, 0.0);
+    vec2 tilt = vec2(n.z, ring) / length(vec2(n.z, ring));
     vec2 across = vec2(n.z * dot(heading, view.xy) - ring * view.z, heading.x * view.y - heading.y * view.x);
     float far = length(across);
     sfield_mix_kernel(kernel, roughness, dot(n, view), v);

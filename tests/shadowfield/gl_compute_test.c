@@ -151,8 +151,10 @@ static void fill(gl_test *t, glbk_gbuffer *g, glbk_sfield_renderer *r, uint32_t 
     assert_glbk(t, glbk_sfield_self_upload(&t->gl, r, 0, HEIGHT, own));
 }
 
+typedef struct images { float light[PIXELS][4], shine[PIXELS][4], graze[PIXELS][4]; } images;
+
 static void shade(gl_test *t, glbk_context *gl, const world *w, uint32_t entities, int gloss, int unrolled,
-                  float (*light)[4], float (*shine)[4], float (*graze)[4])
+                  images *out)
 {
     static const float eye[3] = { 1, 4, 3 };
     glbk_sfield_renderer_desc d;
@@ -173,8 +175,8 @@ static void shade(gl_test *t, glbk_context *gl, const world *w, uint32_t entitie
     assert_int_equal(r.compute, gl->compute);
     fill(t, &g, &r, entities);
     assert_glbk(t, glbk_sfield_shade(gl, &r, &g, &w->gl, eye, 1));
-    assert_glbk(t, glbk_sfield_read(gl, &r, light[0], gloss ? shine[0] : NULL));
-    if (gloss == 2) assert_glbk(t, glbk_target_read(gl, &r.target, 2, 0, 0, WIDTH, HEIGHT, graze[0]));
+    assert_glbk(t, glbk_sfield_read(gl, &r, out->light[0], gloss ? out->shine[0] : NULL));
+    if (gloss == 2) assert_glbk(t, glbk_target_read(gl, &r.target, 2, 0, 0, WIDTH, HEIGHT, out->graze[0]));
     glbk_sfield_renderer_free(gl, &r);
     glbk_gbuffer_free(gl, &g);
 }
@@ -193,7 +195,7 @@ static void scenes_are_lit_as_on_the_core_path(void **state)
 {
     GL_TEST(t, state)
     static world w;
-    static float light[2][PIXELS][4], shine[2][PIXELS][4], graze[2][PIXELS][4];
+    static images of[2];
     glbk_context core = t->gl;
     size_t i;
     int p, k;
@@ -204,19 +206,19 @@ static void scenes_are_lit_as_on_the_core_path(void **state)
         double off = 0, most = 0, dark = 0, seen = 0;
         open_world(t, &w, c->bands, c->reach);
         place(t, &w, c->entities, c->sky);
-        shade(t, &t->gl, &w, c->entities, c->gloss, c->unrolled, light[0], shine[0], graze[0]);
-        shade(t, &core, &w, c->entities, c->gloss, c->unrolled, light[1], shine[1], graze[1]);
+        shade(t, &t->gl, &w, c->entities, c->gloss, c->unrolled, &of[0]);
+        shade(t, &core, &w, c->entities, c->gloss, c->unrolled, &of[1]);
         for (p = 0; p < PIXELS; p++) {
             for (k = 0; k < 4; k++) {
-                off = fmax(off, fabs((double)light[0][p][k] - (double)light[1][p][k]));
-                most = fmax(most, fabs((double)light[1][p][k]));
+                off = fmax(off, fabs((double)of[0].light[p][k] - (double)of[1].light[p][k]));
+                most = fmax(most, fabs((double)of[1].light[p][k]));
                 if (!c->gloss) continue;
-                off = fmax(off, fabs((double)shine[0][p][k] - (double)shine[1][p][k]));
-                most = fmax(most, fabs((double)shine[1][p][k]));
-                if (c->gloss > 1) off = fmax(off, fabs((double)graze[0][p][k] - (double)graze[1][p][k]));
+                off = fmax(off, fabs((double)of[0].shine[p][k] - (double)of[1].shine[p][k]));
+                most = fmax(most, fabs((double)of[1].shine[p][k]));
+                if (c->gloss > 1) off = fmax(off, fabs((double)of[0].graze[p][k] - (double)of[1].graze[p][k]));
             }
-            seen += light[1][p][0] != 0;
-            dark += light[1][p][0] != 0 && light[1][p][3] < 0.9f;
+            seen += of[1].light[p][0] != 0;
+            dark += of[1].light[p][0] != 0 && of[1].light[p][3] < 0.9f;
         }
         printf("%u bands, %u entities: off the core path by %.1e of %.2g; %.0f of %.0f points in some shadow\n",
                c->bands, c->entities, off, most, dark, seen);

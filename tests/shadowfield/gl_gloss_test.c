@@ -1,5 +1,5 @@
-/* gl_gloss_test - glTF's metal-rough BRDF on GL beside closed forms, as gloss_test has it on the CPU. That GL is the
-   CPU behind occluders is gl_twin_test's, that compute equals the core path gl_compute_test's. */
+/* gl_gloss_test - glTF's metal-rough BRDF on GL beside closed forms, as gloss_test has it on the CPU. Behind
+   occluders gl_twin_test compares GL with the CPU, and gl_compute_test compute with the core path. */
 #define _POSIX_C_SOURCE 200809L
 #include "shadowfield.h"
 
