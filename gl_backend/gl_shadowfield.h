@@ -98,8 +98,8 @@
        g                  t times Phong's lobe, which is read if SFIELD_GLOSS is defined as 1 or 2
 
    With SFIELD_GLOSS=2 a third function of direction, h, follows g, and the result's grazing is of h: so the
-   three kernels of the metal-rough BRDF find their light in one call (lib/sfield_point.glsl). sfield_kernel of
-   lib/sfield_brdf.glsl makes them from the scene's table of BRDFs.
+   three kernels of the metal-rough BRDF find their light in one call (lib/sfield_point.glsl). sfield_kernel
+   of lib/sfield_brdf.glsl makes them from the scene's table of BRDFs.
 
    The result has light, which times albedo is radiance, as in renderer.light and sfield_points.rgb; gloss;
    and open, the share of the cosine-weighted sky that nothing hides.
