@@ -14,7 +14,7 @@ BEGIN {
         "inverse jitter log match merge move open pack place prepare project query rasterize read redraw render replay reset " \
         "resolve restart restore rotate run sample save scatter see shade spread turn unzoom update upload use verify " \
         "write zoom"
-    nouns = "ambient angle as atlas basis block budget bytes callback cluster coordinates cosine count data depth depths direct " \
+    nouns = "ambient angle as atlas basis block brdf budget bytes callback cluster coordinates cosine count data depth depths direct " \
         "direction directions domain dot emissive emitter entities environment file fill glsl image importances incident " \
         "indices info irradiance lights list location locations matrix mean n noise object of part points product residual " \
         "rotation scene screen self set sh sky slots sources sparse stats storage strata sun surfels terms texel texels text " \
