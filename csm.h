@@ -2568,11 +2568,27 @@ typedef struct cohsm__queue {
     uint32_t count;
 } cohsm__queue;
 
+/* Depths wait to be entered until there are many, too: how many of the lanes that are drawn together hit is
+   anybody's guess, and a loop over each few hits ends where no predictor expects it. */
+typedef struct cohsm__hits {
+    int32_t  pixel[COHSM__MANY + 32], depth[COHSM__MANY + 32];      /* kernels write 16 entries at a time */
+    uint32_t count;
+} cohsm__hits;
+
+static void cohsm__enter_hits(const cohsm__target *t, cohsm__hits *hits)
+{
+    uint32_t i;
+    for (i = 0; i < hits->count; i++)
+        cohsm__insert_depth(t->z + (size_t)t->keep * (uint32_t)hits->pixel[i], t->keep,
+                            (uint16_t)hits->depth[i]);
+    hits->count = 0;
+}
+
 /* Directions of one column of the sphere have one axis to the right: of a mesh whose triangles are smaller
    than a pixel, most have no sample column between their corners and are left out of all these views at
    once. Up to COHSM__ABREAST views are drawn together, a slab of the mesh after the other: of its
    triangles, those that hold a sample column, with x on the images and all three corners. */
-enum { COHSM__ABREAST = 8, COHSM__SLAB = 16 * COHSM__CLUSTER };
+enum { COHSM__ABREAST = 8, COHSM__SLAB = 16 * COHSM__CLUSTER, COHSM__CLUSTERS_AHEAD = 12 };
 typedef struct cohsm__slab {
     int32_t  x[3][COHSM__SLAB + 16];   /* kernels write 16 entries at a time */
     float    corner[9][COHSM__SLAB + 16];
@@ -3364,7 +3380,6 @@ typedef struct cohsm__plan {
     uint32_t k, bits, base;             /* the block's fields, see "lists" */
     uint32_t values, size;              /* grid values that the codes span; bits that the block takes */
     uint32_t palette;                   /* entries of the palette; 0: there is none */
-    uint8_t  value[COHSM__MARKS];       /* the palette */
 } cohsm__plan;
 
 static void cohsm__plan_start(cohsm__plan *p)
@@ -3373,11 +3388,44 @@ static void cohsm__plan_start(cohsm__plan *p)
     p->least_hi = COHSM__INFINITE;
 }
 
+/* Returns the greatest grid value of a segment's interval; only what is infinite has the infinite one. */
+static uint32_t cohsm__last_value(const cohsm__segment *s, const cohsm__grid *grid)
+{
+    return s->lo >= grid->top ? grid->top : cohsm__min_u32(s->hi, grid->top - 1u);
+}
+
+/* Returns how many values cohsm__pierce finds. It takes the last values of the intervals in ascending order,
+   and of intervals that share one, the latest beginning: one that begins behind the value found last needs a
+   new value. A block asks this for each segment that it tries to take. */
+static uint32_t cohsm__count_values(const cohsm__segment *s, uint32_t n, const cohsm__grid *grid)
+{
+    uint64_t present[4], bit, left;         /* a bit for each grid value that is the last of an interval */
+    uint8_t begin[256];                     /* of those: where the latest of these intervals begins */
+    uint32_t i, last, count = 0, at = 0;
+
+    memset(present, 0, sizeof present);
+    for (i = 0; i < n; i++) {
+        if (s[i].exact) continue;
+        last = cohsm__last_value(s + i, grid);
+        bit = (uint64_t)1 << (last & 63u);
+        if (!(present[last >> 6] & bit) || begin[last] < s[i].lo) begin[last] = (uint8_t)s[i].lo;
+        present[last >> 6] |= bit;
+    }
+    for (i = 0; i < 4; i++)
+        for (left = present[i]; left; left &= left - 1u) {
+            last = 64u * i + cohsm__popcount(~left & (left - 1u));
+            if (count && begin[last] <= at) continue;
+            at = last;
+            count++;
+        }
+    return count;
+}
+
 /* Finds the fewest grid values with one in each interval: the least hi that is left must be met, and a value
    as large as that meets the most others. Each value then moves to the middle of what its intervals have in
-   common. */
-static uint32_t cohsm__pierce(const cohsm__segment *s, uint32_t n, const cohsm__grid *grid, uint8_t *value,
-                              uint8_t *code)
+   common. Writes the values, and for each segment the number of its value. */
+static void cohsm__pierce(const cohsm__segment *s, uint32_t n, const cohsm__grid *grid, uint8_t *value,
+                          uint8_t *code)
 {
     uint8_t todo[COHSM__MARKS];
     uint32_t i, count = 0, left = 0;
@@ -3386,20 +3434,16 @@ static uint32_t cohsm__pierce(const cohsm__segment *s, uint32_t n, const cohsm__
     for (i = 0; i < n; i++)
         if (!s[i].exact) todo[left++] = (uint8_t)i;
     for (; left; count++) {
-        for (i = 0, at = grid->top; i < left; i++) {
-            const cohsm__segment *t = &s[todo[i]];
-            uint32_t hi = t->lo >= grid->top ? grid->top : cohsm__min_u32(t->hi, grid->top - 1u);
-            at = cohsm__min_u32(at, hi);
-        }
+        for (i = 0, at = grid->top; i < left; i++)
+            at = cohsm__min_u32(at, cohsm__last_value(&s[todo[i]], grid));
         for (i = 0, lo = 0, n = left, left = 0; i < n; i++) {
             if (s[todo[i]].lo <= at) {
                 lo = cohsm__max_u32(lo, s[todo[i]].lo);
-                if (code) code[todo[i]] = (uint8_t)count;
+                code[todo[i]] = (uint8_t)count;
             } else todo[left++] = todo[i];
         }
         value[count] = (uint8_t)cohsm__choose_value(grid, lo, at);
     }
-    return count;
 }
 
 /* Computes the bits of a block. Returns 0 if there are too many. */
@@ -3412,7 +3456,7 @@ static int cohsm__plan_size(cohsm__plan *p)
 /* Plans the block with a palette. Returns 0 if it does not fit so. */
 static int cohsm__plan_palette(cohsm__plan *p, const cohsm__segment *s, const cohsm__grid *grid)
 {
-    p->palette = cohsm__pierce(s, p->n, grid, p->value, NULL);
+    p->palette = cohsm__count_values(s, p->n, grid);
     for (p->bits = 1; (1u << p->bits) - 1u < p->palette; p->bits++) {}
     return p->palette && p->bits <= 15 - COHSM__WIDEST && cohsm__plan_size(p);
 }
@@ -3477,12 +3521,12 @@ static void cohsm__write_block(uint32_t *block, const cohsm__segment *s, cohsm__
     uint32_t i, offset, code;
     uint32_t bucket = 0, at = 16;
     uint32_t head = p->palette ? p->palette : p->base;
-    uint8_t place[COHSM__MARKS];
+    uint8_t value[COHSM__MARKS], place[COHSM__MARKS];
     cohsm__fields f;
 
     cohsm__put_bits(block, 0, 16, head | p->k << 8 | (p->palette ? p->bits + COHSM__WIDEST : p->bits) << 12);
     f = cohsm__block_fields(block, p->n);
-    if (p->palette) cohsm__pierce(s, p->n, grid, p->value, place);
+    if (p->palette) cohsm__pierce(s, p->n, grid, value, place);
     for (i = 0; i < p->n; i++) {
         offset = (uint32_t)s[i].first - s[0].first;
         at += (offset >> p->k) - bucket;
@@ -3496,7 +3540,7 @@ static void cohsm__write_block(uint32_t *block, const cohsm__segment *s, cohsm__
             f.exact_at += 16;
         }
     }
-    for (i = 0; i < p->palette; i++) cohsm__put_bits(block, f.palette_at + 8 * i, 8, p->value[i]);
+    for (i = 0; i < p->palette; i++) cohsm__put_bits(block, f.palette_at + 8 * i, 8, value[i]);
 }
 
 /* Returns the most blocks that a list of count segments can have: a block takes 10 segments at least, all of
@@ -3639,8 +3683,8 @@ struct cohsm_builder {
     float            *locations, *angles;
     uint16_t         *leave;            /* Z1Z3_SPHERE, directions: depth where each pixel's ray leaves the
                                            sphere */
-    uint8_t          *lo, *hi;          /* of each pixel of the shard: the grid values that its open segment
-                                           can have */
+    int32_t          *span;             /* of each pixel of the shard: the grid values that its open segment
+                                           can have, lo | hi << 16 */
     uint32_t         *first;            /* its first view within the chunk */
     uint16_t         *batch;            /* COHSM__BATCH views with `keep` values a pixel: z1, z2, z3, and the
                                            depth where the ray leaves the sphere (Z1Z3_SPHERE only) */
@@ -3653,10 +3697,21 @@ struct cohsm_builder {
     cohsm__words     *lists, *lists_last;
     uint32_t         *lookup;           /* words from the beginning of its piece of lists, until finish */
     size_t            list_words;
+    int               simd;             /* which kernels compress */
     int               finished;         /* or failed: it can only be freed */
     int               counting;         /* segments are counted alone; lists are not written */
 };
 #endif
+
+/* What kernels need to know to narrow the open segments of pixels, and what they count meanwhile. Behind a
+   first layer without a second, at depth z, there are slope * z + gap depths that may be stored. */
+typedef struct cohsm__narrowing {
+    int32_t  top;                       /* the greatest grid value */
+    int32_t  miss;                      /* the least depth that a pixel without a hit can store */
+    float    slope, gap;
+    uint64_t empty, open;               /* as in cohsm__range */
+} cohsm__narrowing;
+enum { COHSM__NARROWED = 256 };         /* the most pixels that a kernel narrows at a time */
 
 /* Grid value i stands for the depth floor(i 65535 / grid). These return the least i whose depth is at least
    d, and the greatest i whose depth is at most d. */
@@ -3678,6 +3733,16 @@ static void cohsm__close_segment(cohsm_builder *b, cohsm__range *r, uint32_t pix
     c->lo = (uint8_t)lo;
     c->hi = (uint8_t)hi;
     r->segments++;
+}
+
+/* The grid values lo..hi that an open segment can have, in one number. */
+static int32_t cohsm__span_pack(uint32_t lo, uint32_t hi) { return (int32_t)(lo | hi << 16); }
+static uint32_t cohsm__span_lo(int32_t span) { return (uint32_t)span & 65535u; }
+static uint32_t cohsm__span_hi(int32_t span) { return (uint32_t)span >> 16; }
+
+static void cohsm__close_open_segment(cohsm_builder *b, cohsm__range *r, uint32_t pixel)
+{
+    cohsm__close_segment(b, r, pixel, 0, cohsm__span_lo(b->span[pixel]), cohsm__span_hi(b->span[pixel]));
 }
 
 /* Makes sure that the last page of a range has room for the records of one view, which may close two segments
@@ -3722,60 +3787,6 @@ static int cohsm__interval(const cohsm_builder *b, const uint16_t *z, uint32_t *
     return upper <= z[0];
 }
 
-/* Adds a view to the segments of a range of pixels, greedily: a segment goes on as long as one grid value
-   separates the layers of all its views (equation 1). No sequence of segments is shorter: any part of a
-   segment that can be stored can be stored too, so by induction the greedy segments end no earlier than those
-   of any other sequence. A view that no grid value separates is a segment of its own, and stored exactly, in
-   every sequence. */
-static void cohsm__compress_view(cohsm_builder *b, cohsm__range *r, const uint16_t *z, uint32_t view)
-{
-    uint32_t p, depth;
-    uint32_t lo, hi;                     /* what the view at hand can store */
-    uint32_t glo, ghi;                   /* the same on the grid */
-    uint32_t nlo, nhi;                   /* what the open segment can store with this view in it */
-
-    for (p = r->begin, z += (size_t)p * b->keep; p < r->end; p++, z += b->keep) {
-        r->empty += (uint64_t)cohsm__interval(b, z, &lo, &hi);
-        glo = cohsm__grid_above(lo, b->grid.top);
-        ghi = cohsm__grid_below(hi, b->grid.top);
-        nlo = cohsm__max_u32(b->lo[p], glo);
-        nhi = cohsm__min_u32(b->hi[p], ghi);
-        r->open += z[0] != COHSM__INFINITE && z[1] == COHSM__INFINITE;
-        if (nlo > nhi) {
-            if (b->first[p] != view) cohsm__close_segment(b, r, p, 0, b->lo[p], b->hi[p]);
-            b->first[p] = view;
-            nlo = glo;
-            nhi = ghi;
-            if (glo > ghi) {
-                depth = (lo + hi) / 2u;
-                cohsm__close_segment(b, r, p, COHSM__EXACT, depth & 255u, depth >> 8);
-                r->exact++;
-                b->first[p] = view + 1u;
-                nlo = 0;
-                nhi = b->grid.top;
-            }
-        }
-        b->lo[p] = (uint8_t)nlo;
-        b->hi[p] = (uint8_t)nhi;
-    }
-}
-
-static void cohsm__compress_task(void *context, size_t index)
-{
-    cohsm_builder *b = (cohsm_builder *)context;
-    cohsm__range *r = &b->ranges[index];
-    uint32_t chunk_begin = b->batch_begin & ~(COHSM__CHUNK - 1u);
-
-    if (r->begin == r->end) return;                 /* fewer pixels than ranges */
-    for (; r->next_view < b->batch_count; r->next_view++) {
-        r->starved = !cohsm__page_ready(b, r);
-        if (r->starved) return;
-        cohsm__compress_view(
-            b, r, b->batch + (size_t)r->next_view * b->batch_size + (size_t)b->desc.pixel_begin * b->keep,
-            b->batch_begin + r->next_view - chunk_begin);
-    }
-}
-
 static size_t cohsm__page_size(const cohsm_builder *b)
 {
     return sizeof(cohsm__page) + (size_t)b->page_records * sizeof(cohsm__record);
@@ -3793,19 +3804,6 @@ static cohsm_result cohsm__take_spares(cohsm_builder *b)
         if (!r->spare) return COHSM_ERR_ALLOC;
         r->spare->next = NULL;
     }
-    return COHSM_OK;
-}
-
-static cohsm_result cohsm__compress_batch(cohsm_builder *b)
-{
-    int i, starved;
-
-    for (i = 0; i < COHSM__RANGES; i++) b->ranges[i].next_view = 0;
-    do {
-        if (cohsm__take_spares(b) != COHSM_OK) return COHSM_ERR_ALLOC;
-        cohsm__run_tasks(&b->desc.system, COHSM__RANGES, cohsm__compress_task, b);
-        for (i = 0, starved = 0; i < COHSM__RANGES; i++) starved |= b->ranges[i].starved;
-    } while (starved);
     return COHSM_OK;
 }
 
@@ -3903,10 +3901,9 @@ static cohsm_result cohsm__close_chunk(cohsm_builder *b)
         if (r->begin == r->end) continue;
         cohsm__page_ready(b, r);
         for (p = r->begin; p < r->end; p++) {
-            if (b->first[p] != views) cohsm__close_segment(b, r, p, 0, b->lo[p], b->hi[p]);
+            if (b->first[p] != views) cohsm__close_open_segment(b, r, p);
             b->first[p] = 0;
-            b->lo[p] = 0;
-            b->hi[p] = (uint8_t)b->grid.top;
+            b->span[p] = cohsm__span_pack(0, b->grid.top);
         }
         if (!b->counting) result = cohsm__write_range(b, r, lookup + r->begin, views);
         cohsm__free_pages(b, r->first);
@@ -4178,285 +4175,6 @@ static uint16_t cohsm__leave_depth(const cohsm__camera *cam, uint32_t size, uint
     disc = b * b - a * c;
     if (!(disc > 0.0f)) return 0;
     return cohsm__depth16((sqrtf(disc) - b) / a * cam->depth_scale);
-}
-
-/* ==== src/csm/builder_views.h ==== */
-
-/* ---- builder: public ---- */
-
-COHSM_DEF void cohsm_builder_free(cohsm_builder *b)
-{
-    cohsm__words *w, *next;
-    cohsm__counted_heap heap;
-    uint32_t n;
-    int i;
-
-    if (!b) return;
-    n = b->range_pixels;
-    for (w = b->lists; w; w = next) {
-        next = w->next;
-        cohsm__heap_free(&b->heap, w, 1, sizeof *w + 4 * w->count);
-    }
-    for (i = 0; i < COHSM__RANGES; i++) {
-        cohsm__free_pages(b, b->ranges[i].first);
-        cohsm__free_pages(b, b->ranges[i].spare);
-    }
-    cohsm__heap_free(&b->heap, b->batch, (size_t)b->batch_size * COHSM__BATCH, sizeof *b->batch);
-    cohsm__heap_free(&b->heap, b->lookup, (size_t)n * cohsm__chunks(&b->head), sizeof *b->lookup);
-    cohsm__heap_free(&b->heap, b->first, n, sizeof *b->first);
-    cohsm__heap_free(&b->heap, b->hi, n, 1);
-    cohsm__heap_free(&b->heap, b->lo, n, 1);
-    cohsm__heap_free(&b->heap, b->angles, 2 * ((size_t)b->head.side[0] + b->head.side[1]), sizeof(float));
-    cohsm__heap_free(&b->heap, b->locations, b->head.location_words, sizeof(float));
-    cohsm__heap_free(&b->heap, b->cells, b->head.map_count, sizeof *b->cells);
-    heap = b->heap;
-    cohsm__heap_free(&heap, b, 1, sizeof *b);
-}
-
-/* Copies the locations of the desc, and normalises those that are directions. A direction that is unit but
-   for rounding stays as it is: the desc of a built block must give the same rays again. */
-static void cohsm__copy_locations(float *out, const cohsm_domain *d)
-{
-    size_t i;
-    for (i = 0; i < d->location_count; i++) {
-        cohsm__v3 p = cohsm__v3_load(d->locations + 4 * i);
-        if (d->locations[3] == 0.0f && fabsf(cohsm__v3_dot(p, p) - 1.0f) > 1e-6f) p = cohsm__v3_normalize(p);
-        cohsm__v3_store(out + 4 * i, p);
-        out[4 * i + 3] = d->locations[3];
-    }
-}
-
-static void cohsm__split_ranges(cohsm_builder *b)
-{
-    uint32_t n = b->range_pixels, i, widest = (n + COHSM__RANGES - 1) / COHSM__RANGES;
-    for (i = 0; i < COHSM__RANGES; i++) {
-        b->ranges[i].begin = (uint32_t)((uint64_t)n * i / COHSM__RANGES);
-        b->ranges[i].end = (uint32_t)((uint64_t)n * (i + 1) / COHSM__RANGES);
-    }
-    b->page_records = cohsm__max_u32(4 * widest, 256);
-}
-
-static void cohsm__drop_builder(cohsm_builder *b, cohsm__counted_heap *heap)
-{
-    heap->peak = b->heap.peak;
-    heap->used -= sizeof *b;
-    cohsm_builder_free(b);
-}
-
-/* Makes a builder of a desc that is checked and complete. On success the builder's heap takes over what heap
-   had counted. */
-static cohsm_result cohsm__builder_make(const cohsm_desc *desc, cohsm__counted_heap *heap,
-                                        cohsm_builder **out)
-{
-    cohsm_builder *b = (cohsm_builder *)cohsm__heap_alloc(heap, 1, sizeof *b);
-    uint32_t n = desc->pixel_end - desc->pixel_begin;
-    size_t lookup;
-
-    if (!b) return COHSM_ERR_ALLOC;
-    memset(b, 0, sizeof *b);
-    b->desc = *desc;
-    cohsm__fill_header(&b->head, desc);
-    b->heap = *heap;
-    b->range_pixels = n;
-    b->grid = cohsm__grid_of(desc->depth_bits, desc->map_side);
-    b->thickness = desc->open_thickness * (b->head.positional ? 2.0f : 65536.0f) / (float)desc->map_side;
-    b->keep = desc->layers == COHSM_LAYERS_Z1Z2 ? 2 : 4;
-    b->batch_size = desc->map_side * desc->map_side * b->keep;
-    if (!cohsm__mul_size(n, cohsm__chunks(&b->head), &lookup) || lookup > UINT32_MAX / 4) {
-        cohsm__heap_free(heap, b, 1, sizeof *b);
-        return COHSM_ERR_LIMIT;
-    }
-    b->cells = (uint32_t *)cohsm__heap_alloc(&b->heap, b->head.map_count, sizeof *b->cells);
-    b->angles =
-        (float *)cohsm__heap_alloc(&b->heap, 2 * ((size_t)b->head.side[0] + b->head.side[1]), sizeof(float));
-    if (b->head.location_words)
-        b->locations = (float *)cohsm__heap_alloc(&b->heap, b->head.location_words, sizeof(float));
-    b->lo = (uint8_t *)cohsm__heap_alloc(&b->heap, n, 1);
-    b->hi = (uint8_t *)cohsm__heap_alloc(&b->heap, n, 1);
-    b->first = (uint32_t *)cohsm__heap_alloc(&b->heap, n, sizeof *b->first);
-    b->lookup = (uint32_t *)cohsm__heap_alloc(&b->heap, lookup, sizeof *b->lookup);
-    b->batch =
-        (uint16_t *)cohsm__heap_alloc(&b->heap, (size_t)b->batch_size * COHSM__BATCH, sizeof *b->batch);
-    cohsm__split_ranges(b);
-    if (!b->cells || !b->angles || (b->head.location_words && !b->locations) || !b->lo || !b->hi ||
-        !b->first || !b->lookup || !b->batch) {
-        cohsm__drop_builder(b, heap);
-        return COHSM_ERR_ALLOC;
-    }
-    memset(b->lo, 0, n);
-    memset(b->hi, (int)b->grid.top, n);
-    memset(b->first, 0, n * sizeof *b->first);
-    memset(b->lookup, 0, lookup * sizeof *b->lookup);
-    cohsm__order_cells(b->cells, b->head.side, desc->order);
-    if (b->locations) cohsm__copy_locations(b->locations, &desc->domain);
-    cohsm__latlong_angles(b->head.side, b->angles);
-    cohsm__dop_of_sphere(b->head.dop, b->head.center, b->head.radius);
-    if (b->head.positional) b->head.depth_far = cohsm__far_distance(&b->head, b->locations);
-    if (!cohsm__floats_finite(&b->head)) {
-        cohsm__drop_builder(b, heap);
-        return COHSM_ERR_DESC;
-    }
-    *out = b;
-    return COHSM_OK;
-}
-
-COHSM_DEF cohsm_result cohsm_builder_create(const cohsm_desc *desc, cohsm_builder **out)
-{
-    cohsm_desc d;
-    cohsm__counted_heap heap;
-    cohsm__logger log;
-    cohsm_result result;
-
-    if (!desc) return COHSM_ERR_ARGUMENT;
-    d = *desc;
-    log = cohsm__logger_of(&d.system, "cohsm_builder_create");
-    if (!out) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "out", "is NULL");
-    result = cohsm__check_desc(&d, &log);
-    if (result != COHSM_OK) return result;
-    if (!cohsm__radius_usable(d.radius))
-        return cohsm__refuse_value(&log, "desc.radius", (double)d.radius, "above 0, 1e-18..1e18");
-    if (d.order == COHSM_ORDER_DEFAULT) d.order = COHSM_ORDER_HILBERT;
-    if (d.orientation == COHSM_ORIENTATION_DEFAULT) d.orientation = COHSM_ORIENTATION_POLAR;
-    memset(&heap, 0, sizeof heap);
-    heap.allocator = cohsm__allocator_of(&d.system);
-    return cohsm__log_build(&log, &d, cohsm__builder_make(&d, &heap, out));
-}
-
-COHSM_DEF uint32_t cohsm_builder_view_count(const cohsm_builder *b) { return b ? b->head.view_count : 0; }
-
-static void cohsm__put_row(float *m, int row, cohsm__v3 v, float w)
-{
-    m[row] = v.x;
-    m[row + 4] = v.y;
-    m[row + 8] = v.z;
-    m[row + 12] = w;
-}
-
-static void cohsm__view_matrix(const cohsm__header *h, const cohsm__camera *cam, cohsm__v3 location, float *m)
-{
-    float half = 0.5f * (float)h->map_side, scale = half / h->radius;
-    cohsm__v3 c = cohsm__v3_load(h->center);
-    cohsm__v3 axis[3], x, y, w;
-    int i = (int)(cam->face >> 1);
-
-    memset(m, 0, 16 * sizeof *m);
-    m[15] = 1.0f;
-    if (!cam->perspective) {
-        cohsm__put_row(m, 0, cohsm__v3_scale(cam->axes.right, scale),
-                       half - scale * cohsm__v3_dot(cam->axes.right, c));
-        cohsm__put_row(m, 1, cohsm__v3_scale(cam->axes.up, scale),
-                       half - scale * cohsm__v3_dot(cam->axes.up, c));
-        cohsm__put_row(m, 2, cohsm__v3_scale(cam->axes.back, -0.5f / h->radius),
-                       0.5f + 0.5f / h->radius * cohsm__v3_dot(cam->axes.back, c));
-        return;
-    }
-    axis[0] = cohsm__v3_make(1, 0, 0);
-    axis[1] = cohsm__v3_make(0, 1, 0);
-    axis[2] = cohsm__v3_make(0, 0, 1);
-    w = cohsm__v3_scale(axis[i], cam->face & 1u ? -1.0f : 1.0f);
-    x = cohsm__v3_scale(cohsm__v3_add(axis[(i + 1) % 3], w), half);
-    y = cohsm__v3_scale(cohsm__v3_add(axis[(i + 2) % 3], w), half);
-    cohsm__put_row(m, 0, x, -cohsm__v3_dot(x, location));
-    cohsm__put_row(m, 1, y, -cohsm__v3_dot(y, location));
-    cohsm__put_row(m, 3, w, -cohsm__v3_dot(w, location));
-}
-
-COHSM_DEF cohsm_result cohsm_builder_view(const cohsm_builder *b, uint32_t index, cohsm_view *out)
-{
-    cohsm__camera cam;
-    cohsm__v3 location;
-    uint32_t cell;
-    cohsm__logger log;
-
-    if (!b) return COHSM_ERR_ARGUMENT;
-    log = cohsm__logger_of(&b->desc.system, "cohsm_builder_view");
-    if (!out) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "out", "is NULL");
-    if (index >= b->head.view_count) {
-        cohsm__log_bound(&log, "index", index, "below", b->head.view_count, "the number of views");
-        return COHSM_ERR_ARGUMENT;
-    }
-    memset(out, 0, sizeof *out);
-    cell = b->cells[index % b->head.map_count];
-    location = cohsm__cell_location(&b->head, b->locations, cell);
-    out->index = index;
-    out->cell = cell;
-    out->face = index / b->head.map_count;
-    cohsm__v3_store(out->location, location);
-    out->location[3] = b->head.positional ? 1.0f : 0.0f;
-    cam = cohsm__camera_of(&b->head, b->locations, b->angles, cell, out->face);
-    if (cam.perspective) out->depth_scale = 1.0f / b->head.depth_far;
-    cohsm__view_matrix(&b->head, &cam, location, out->matrix);
-    return COHSM_OK;
-}
-
-static cohsm_result cohsm__close_batch(cohsm_builder *b)
-{
-    cohsm_result result = cohsm__compress_batch(b);
-    b->next_view = b->batch_begin + b->batch_count;
-    b->batch_begin = b->next_view;
-    b->batch_count = 0;
-    if (result == COHSM_OK && (b->next_view % COHSM__CHUNK == 0 || b->next_view == b->head.view_count))
-        result = cohsm__close_chunk(b);
-    b->finished = result != COHSM_OK;
-    return result;
-}
-
-/* Turns the caller's depths into 16-bit layers of the shard's pixels. */
-static void cohsm__take_layers(const cohsm_builder *b, uint16_t *z, const float *z1, const float *z2,
-                               const float *z3)
-{
-    const float *layer[3];
-    cohsm__camera cam =
-        cohsm__camera_of(&b->head, b->locations, b->angles, b->cells[b->next_view % b->head.map_count],
-                         b->next_view / b->head.map_count);
-    uint32_t p, pixel, i;
-
-    layer[0] = z1;
-    layer[1] = z2;
-    layer[2] = z3;
-    for (p = 0; p < b->range_pixels; p++) {
-        pixel = b->desc.pixel_begin + p;
-        for (i = 0; i < (b->keep == 4 ? 3u : 2u); i++)
-            z[pixel * b->keep + i] =
-                layer[i][pixel] <= 1.0f ? cohsm__depth16(layer[i][pixel]) : (uint16_t)COHSM__INFINITE;
-        if (b->keep == 4) z[pixel * b->keep + 3] = cohsm__leave_depth(&cam, b->head.map_side, pixel);
-    }
-}
-
-COHSM_DEF cohsm_result cohsm_builder_add(cohsm_builder *b, uint32_t index, const float *z1, const float *z2,
-                                         const float *z3)
-{
-    uint32_t i, pixels;
-    cohsm__logger log;
-
-    if (!b) return COHSM_ERR_ARGUMENT;
-    log = cohsm__logger_of(&b->desc.system, "cohsm_builder_add");
-    if (!z1) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "z1", "is NULL");
-    if (!z2) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "z2", "is NULL");
-    if (b->keep == 4 && !z3) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "z3", "is NULL");
-    if (b->finished)
-        return cohsm__refuse(&log, COHSM_ERR_ORDER, "the builder", "has ended, or failed before");
-    if (index >= b->head.view_count) {
-        cohsm__log_bound(&log, "index", index, "below", b->head.view_count, "the number of views");
-        return COHSM_ERR_ORDER;
-    }
-    if (index != b->batch_begin + b->batch_count) {
-        cohsm__log_value(&log, "index", (double)index, "the number of views that were added before");
-        return COHSM_ERR_ORDER;
-    }
-    pixels = b->head.map_side * b->head.map_side;
-    for (i = 0; i < pixels; i++)
-        if (!(z1[i] <= z2[i]) || (b->keep == 4 && !(z2[i] <= z3[i]))) {
-            cohsm__log_element(&log, z1[i] <= z2[i] ? "z2" : "z1", i, "is",
-                               (double)(z1[i] <= z2[i] ? z2[i] : z1[i]),
-                               "at most the depth of the next layer there");
-            return COHSM_ERR_INPUT;
-        }
-    b->next_view = index;
-    cohsm__take_layers(b, b->batch + (size_t)b->batch_size * b->batch_count, z1, z2, z3);
-    b->batch_count++;
-    if (b->batch_count < COHSM__BATCH && index + 1 < b->head.view_count) return COHSM_OK;
-    return cohsm__log_result(&log, cohsm__close_batch(b));
 }
 
 /* ==== src/csm/trays_make.h ==== */
@@ -5892,7 +5610,7 @@ static const int32_t cohsm__numbers[16] = { 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11
 #define cohsm__sides_step COHSM__NAME_IN_SET(cohsm__sides_step, COHSM__SET)
 #define cohsm__side_areas COHSM__NAME_IN_SET(cohsm__side_areas, COHSM__SET)
 #define cohsm__to_front COHSM__NAME_IN_SET(cohsm__to_front, COHSM__SET)
-#define cohsm__draw_samples COHSM__NAME_IN_SET(cohsm__draw_samples, COHSM__SET)
+#define cohsm__note_samples COHSM__NAME_IN_SET(cohsm__note_samples, COHSM__SET)
 #define cohsm__draw_boxes COHSM__NAME_IN_SET(cohsm__draw_boxes, COHSM__SET)
 #define cohsm__draw_alone COHSM__NAME_IN_SET(cohsm__draw_alone, COHSM__SET)
 #define cohsm__draw_some COHSM__NAME_IN_SET(cohsm__draw_some, COHSM__SET)
@@ -5906,9 +5624,16 @@ static const int32_t cohsm__numbers[16] = { 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11
 #define cohsm__queue_triangles COHSM__NAME_IN_SET(cohsm__queue_triangles, COHSM__SET)
 #define cohsm__find_x COHSM__NAME_IN_SET(cohsm__find_x, COHSM__SET)
 #define cohsm__enqueue COHSM__NAME_IN_SET(cohsm__enqueue, COHSM__SET)
+#define cohsm__prefetch_part COHSM__NAME_IN_SET(cohsm__prefetch_part, COHSM__SET)
 #define cohsm__slab_add COHSM__NAME_IN_SET(cohsm__slab_add, COHSM__SET)
 #define cohsm__find_slab COHSM__NAME_IN_SET(cohsm__find_slab, COHSM__SET)
 #define cohsm__enqueue_slab COHSM__NAME_IN_SET(cohsm__enqueue_slab, COHSM__SET)
+#define cohsm__divide_65535 COHSM__NAME_IN_SET(cohsm__divide_65535, COHSM__SET)
+#define cohsm__grid_above_lanes COHSM__NAME_IN_SET(cohsm__grid_above_lanes, COHSM__SET)
+#define cohsm__grid_below_lanes COHSM__NAME_IN_SET(cohsm__grid_below_lanes, COHSM__SET)
+#define cohsm__intervals COHSM__NAME_IN_SET(cohsm__intervals, COHSM__SET)
+#define cohsm__intervals_of COHSM__NAME_IN_SET(cohsm__intervals_of, COHSM__SET)
+#define cohsm__narrow COHSM__NAME_IN_SET(cohsm__narrow, COHSM__SET)
 #define cohsm__sees8 COHSM__NAME_IN_SET(cohsm__sees8, COHSM__SET)
 #define cohsm__append8 COHSM__NAME_IN_SET(cohsm__append8, COHSM__SET)
 #define cohsm__find_clusters COHSM__NAME_IN_SET(cohsm__find_clusters, COHSM__SET)
@@ -7175,30 +6900,30 @@ static inline COHSM__IN_KERNEL void cohsm__to_front(cohsm__triangles *p, cohsm__
     p->z2 = cohsm__lanes_select(behind, z1, p->z2);
 }
 
-/* Enters the depths of one sample a lane, that at (x, y) with the areas w. */
-static inline COHSM__IN_KERNEL void cohsm__draw_samples(const cohsm__target *t, const cohsm__triangles *p,
+/* Notes the depths of one sample a lane, that at (x, y) with the areas w, for the lanes of a mask. */
+static inline COHSM__IN_KERNEL void cohsm__note_samples(const cohsm__target *t, const cohsm__triangles *p,
                                                         const cohsm__sides *w, cohsm__lanes scale,
-                                                        cohsm__lane_ints x, cohsm__lane_ints y, uint32_t bits)
+                                                        cohsm__lane_ints x, cohsm__lane_ints y,
+                                                        cohsm__lane_mask drawn, cohsm__hits *hits)
 {
     const cohsm__lanes top = cohsm__lanes_all((float)COHSM__HIT_MAX);
+    const cohsm__lane_ints pixel = cohsm__ints_add(cohsm__ints_mul(y, cohsm__ints_all(t->size)), x);
     cohsm__lanes z = cohsm__lanes_mul(cohsm__lanes_of_ints(w->w0), p->z0);
-    int32_t pixel[COHSM__LANE_COUNT], depth[COHSM__LANE_COUNT];
 
     z = cohsm__lanes_add(z, cohsm__lanes_mul(cohsm__lanes_of_ints(w->w1), p->z1));
     z = cohsm__lanes_add(z, cohsm__lanes_mul(cohsm__lanes_of_ints(w->w2), p->z2));
     z = cohsm__lanes_mul(cohsm__lanes_mul(z, scale), top);
     z = cohsm__lanes_min(cohsm__lanes_max(z, cohsm__lanes_all(0.0f)), top);
-    cohsm__ints_store(depth, cohsm__lanes_truncate(z));
-    cohsm__ints_store(pixel, cohsm__ints_add(cohsm__ints_mul(y, cohsm__ints_all(t->size)), x));
-    for (; bits; bits &= bits - 1u) {
-        const uint32_t lane = cohsm__first_bit(bits);
-        cohsm__insert_depth(t->z + (size_t)t->keep * (uint32_t)pixel[lane], t->keep, (uint16_t)depth[lane]);
-    }
+    cohsm__ints_append(hits->pixel + hits->count, drawn, pixel);
+    cohsm__ints_append(hits->depth + hits->count, drawn, cohsm__lanes_truncate(z));
+    hits->count += cohsm__mask_count(drawn);
+    if (hits->count > COHSM__MANY) cohsm__enter_hits(t, hits);
 }
 
 /* Draws triangles by going through all samples of their boxes together. */
 static inline COHSM__IN_KERNEL void cohsm__draw_boxes(const cohsm__target *t, cohsm__triangles *p,
-                                                      const cohsm__spans *span, cohsm__lane_mask use)
+                                                      const cohsm__spans *span, cohsm__lane_mask use,
+                                                      cohsm__hits *hits)
 {
     const cohsm__lane_ints zero = cohsm__ints_all(0), one = cohsm__ints_all(1);
     const cohsm__lane_ints pixel = cohsm__ints_all(COHSM__SUBPIXEL);
@@ -7210,7 +6935,6 @@ static inline COHSM__IN_KERNEL void cohsm__draw_boxes(const cohsm__target *t, co
     cohsm__sides right, up, row, w;
     cohsm__lane_mask in_row, wanted;
     cohsm__lanes scale;
-    uint32_t bits;
 
     cohsm__to_front(p, cohsm__ints_greater(zero, area));
     area = cohsm__ints_max(area, cohsm__ints_sub(zero, area));
@@ -7234,8 +6958,9 @@ static inline COHSM__IN_KERNEL void cohsm__draw_boxes(const cohsm__target *t, co
             if (!cohsm__mask_any(wanted)) break;
             wanted = cohsm__mask_and(wanted, cohsm__ints_greater(w.w0, loses0));
             wanted = cohsm__mask_and(wanted, cohsm__ints_greater(w.w1, loses1));
-            bits = cohsm__mask_bits(cohsm__mask_and(wanted, cohsm__ints_greater(w.w2, loses2)));
-            if (bits) cohsm__draw_samples(t, p, &w, scale, x, y, bits);
+            wanted = cohsm__mask_and(wanted, cohsm__ints_greater(w.w2, loses2));
+            if (COHSM__WIDTH == 1 && !cohsm__mask_any(wanted)) continue;
+            cohsm__note_samples(t, p, &w, scale, x, y, wanted, hits);
         }
     }
 }
@@ -7256,7 +6981,7 @@ static inline COHSM__IN_KERNEL void cohsm__draw_alone(const cohsm__target *t, co
 
 /* Draws the triangles of the queue from number at on, as many as there are lanes or are left. */
 static inline COHSM__IN_KERNEL void cohsm__draw_some(const cohsm__target *t, const cohsm__camera *cam,
-                                                     const cohsm__queue *q, uint32_t at)
+                                                     const cohsm__queue *q, uint32_t at, cohsm__hits *hits)
 {
     const cohsm__lane_ints few = cohsm__ints_all(5), left = cohsm__ints_all((int32_t)(q->count - at));
     cohsm__lane_mask some, slight;
@@ -7279,7 +7004,7 @@ static inline COHSM__IN_KERNEL void cohsm__draw_some(const cohsm__target *t, con
     slight = cohsm__mask_and(slight, cohsm__ints_greater(few, cohsm__ints_sub(span.hy, span.ly)));
     large = cohsm__mask_bits(some) & ~cohsm__mask_bits(slight);
     for (; large; large &= large - 1u) cohsm__draw_alone(t, cam, q, at + cohsm__first_bit(large));
-    if (cohsm__mask_any(slight)) cohsm__draw_boxes(t, &p, &span, slight);
+    if (cohsm__mask_any(slight)) cohsm__draw_boxes(t, &p, &span, slight, hits);
 }
 
 /* Draws triangles of the queue, as long as there is one for each lane, and moves those that are left to the
@@ -7289,10 +7014,14 @@ COHSM__KERNEL static void cohsm__draw_queue(const cohsm__target *t, const cohsm_
                                             int all)
 {
     const uint32_t most = all ? COHSM__LANE_COUNT - 1u : 0u;
+    cohsm__hits hits;
     uint32_t at;
     int k;
+
+    hits.count = 0;
     for (at = 0; at + COHSM__LANE_COUNT <= q->count + most; at += COHSM__LANE_COUNT)
-        cohsm__draw_some(t, cam, q, at);
+        cohsm__draw_some(t, cam, q, at, &hits);
+    cohsm__enter_hits(t, &hits);
     if (at >= q->count) {
         q->count = 0;
         return;
@@ -7318,10 +7047,9 @@ static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__fixed(cohsm__lanes3 corne
     return cohsm__lanes_truncate(cohsm__lanes_add(cohsm__lanes3_dot(corner, axis), offset));
 }
 
-static inline COHSM__IN_KERNEL cohsm__lanes cohsm__depths(cohsm__lanes3 corner, cohsm__lanes3 back)
+static inline COHSM__IN_KERNEL cohsm__lanes cohsm__depths(cohsm__lanes3 corner, cohsm__lanes3 half_back)
 {
-    const cohsm__lanes half = cohsm__lanes_all(0.5f);
-    return cohsm__lanes_sub(half, cohsm__lanes_mul(half, cohsm__lanes3_dot(corner, back)));
+    return cohsm__lanes_sub(cohsm__lanes_all(0.5f), cohsm__lanes3_dot(corner, half_back));
 }
 
 /* Appends the triangles of a mask to those of the queue. */
@@ -7342,7 +7070,10 @@ static inline COHSM__IN_KERNEL void cohsm__queue_add(cohsm__queue *q, const cohs
 }
 
 /* The axes of an orthographic view, for positions on its image in 1/256 pixel from its lower left corner. */
-typedef struct cohsm__image_axes { cohsm__lanes3 right, up, back; cohsm__lanes offset; } cohsm__image_axes;
+typedef struct cohsm__image_axes {
+    cohsm__lanes3 right, up, half_back;
+    cohsm__lanes offset;
+} cohsm__image_axes;
 
 static inline COHSM__IN_KERNEL cohsm__image_axes cohsm__image_axes_of(const cohsm__target *t,
                                                                       const cohsm__axes *axes)
@@ -7352,38 +7083,44 @@ static inline COHSM__IN_KERNEL cohsm__image_axes cohsm__image_axes_of(const cohs
     cohsm__image_axes a;
     a.right = cohsm__lanes3_all(r.x, r.y, r.z);
     a.up = cohsm__lanes3_all(u.x, u.y, u.z);
-    a.back = cohsm__lanes3_all(axes->back.x, axes->back.y, axes->back.z);
+    a.half_back = cohsm__lanes3_all(0.5f * axes->back.x, 0.5f * axes->back.y, 0.5f * axes->back.z);
     a.offset = cohsm__lanes_all(scale + 0.5f);
     return a;
 }
 
-/* Puts those triangles of a mask into the queue that hold a sample, by their corners and by their x in p. */
+/* Puts those triangles of a mask into the queue that hold a sample row, by their corners and by their x in p,
+   which hold a sample column. */
 static inline COHSM__IN_KERNEL void cohsm__queue_triangles(const cohsm__target *t,
                                                            const cohsm__image_axes *axes,
                                                            const cohsm__lanes3 *corner, cohsm__triangles *p,
                                                            cohsm__lane_mask use, cohsm__queue *q)
 {
     const cohsm__lane_ints one = cohsm__ints_all(1);
-    cohsm__spans span;
+    cohsm__lane_ints low, high;
     p->y0 = cohsm__fixed(corner[0], axes->up, axes->offset);
     p->y1 = cohsm__fixed(corner[1], axes->up, axes->offset);
     p->y2 = cohsm__fixed(corner[2], axes->up, axes->offset);
-    p->z0 = cohsm__depths(corner[0], axes->back);
-    p->z1 = cohsm__depths(corner[1], axes->back);
-    p->z2 = cohsm__depths(corner[2], axes->back);
-    span = cohsm__spans_of(t, p);
-    use = cohsm__mask_and(use, cohsm__ints_greater(cohsm__ints_add(span.hx, one), span.lx));
-    use = cohsm__mask_and(use, cohsm__ints_greater(cohsm__ints_add(span.hy, one), span.ly));
+    p->z0 = cohsm__depths(corner[0], axes->half_back);
+    p->z1 = cohsm__depths(corner[1], axes->half_back);
+    p->z2 = cohsm__depths(corner[2], axes->half_back);
+    cohsm__span(p->y0, p->y1, p->y2, t->row_begin, t->row_end, &low, &high);
+    use = cohsm__mask_and(use, cohsm__ints_greater(cohsm__ints_add(high, one), low));
     if (COHSM__WIDTH == 1 && !cohsm__mask_any(use)) return;
     cohsm__queue_add(q, p, use);
 }
 
-static inline COHSM__IN_KERNEL void cohsm__find_x(const cohsm__image_axes *axes, const cohsm__lanes3 *corner,
-                                                  cohsm__triangles *p)
+/* Finds x of the corners. Returns which triangles hold a sample column. */
+static inline COHSM__IN_KERNEL cohsm__lane_mask cohsm__find_x(const cohsm__target *t,
+                                                              const cohsm__image_axes *axes,
+                                                              const cohsm__lanes3 *corner,
+                                                              cohsm__triangles *p)
 {
+    cohsm__lane_ints low, high;
     p->x0 = cohsm__fixed(corner[0], axes->right, axes->offset);
     p->x1 = cohsm__fixed(corner[1], axes->right, axes->offset);
     p->x2 = cohsm__fixed(corner[2], axes->right, axes->offset);
+    cohsm__span(p->x0, p->x1, p->x2, 0, t->size, &low, &high);
+    return cohsm__ints_greater(cohsm__ints_add(high, cohsm__ints_all(1)), low);
 }
 
 /* Puts the triangles of the clusters in sight of an orthographic view into the queue. */
@@ -7392,18 +7129,18 @@ COHSM__KERNEL static void cohsm__enqueue(const cohsm__target *t, const cohsm__ca
 {
     enum { PARTS = COHSM__CLUSTER / COHSM__LANE_COUNT };
     const cohsm__image_axes axes = cohsm__image_axes_of(t, &cam->axes);
-    const cohsm__lane_mask all = cohsm__ints_greater(cohsm__ints_all(1), cohsm__ints_all(0));
     uint32_t i;
 
     for (i = 0; i < PARTS * sight->count; i++) {
         const float *v = cohsm__cluster(soup, sight->cluster[i / PARTS]) + COHSM__LANE_COUNT * (i % PARTS);
         cohsm__lanes3 corner[3];
         cohsm__triangles p;
+        cohsm__lane_mask use;
         corner[0] = cohsm__corner_load(v);
         corner[1] = cohsm__corner_load(v + 3 * COHSM__CLUSTER);
         corner[2] = cohsm__corner_load(v + 6 * COHSM__CLUSTER);
-        cohsm__find_x(&axes, corner, &p);
-        cohsm__queue_triangles(t, &axes, corner, &p, all, q);
+        use = cohsm__find_x(t, &axes, corner, &p);
+        cohsm__queue_triangles(t, &axes, corner, &p, use, q);
         if (q->count > COHSM__MANY) cohsm__draw_queue(t, cam, q, 0);
     }
 }
@@ -7425,6 +7162,17 @@ static inline COHSM__IN_KERNEL void cohsm__slab_add(cohsm__slab *slab, const coh
     slab->count = at + cohsm__mask_count(m);
 }
 
+/* Asks for the triangles that come COHSM__CLUSTERS_AHEAD clusters after part i, as many as there are lanes:
+   what all views of a column read once does not stay in a cache. */
+static inline COHSM__IN_KERNEL void cohsm__prefetch_part(const cohsm__soup *soup, uint32_t i)
+{
+    enum { PARTS = COHSM__CLUSTER / COHSM__LANE_COUNT, FLOATS = 9 * COHSM__LANE_COUNT };
+    const float *v = cohsm__cluster(
+        soup, cohsm__min_u32(i / PARTS + (uint32_t)COHSM__CLUSTERS_AHEAD, soup->clusters - 1u));
+    int k;
+    for (k = 0; k < FLOATS; k += 16) COHSM__PREFETCH(v + FLOATS * (i % PARTS) + k);
+}
+
 /* Finds the triangles of the clusters begin .. end - 1, no more than a slab, that hold a sample column of all
    views with the right axis of this one. */
 COHSM__KERNEL static void cohsm__find_slab(const cohsm__target *t, const cohsm__camera *cam,
@@ -7440,13 +7188,13 @@ COHSM__KERNEL static void cohsm__find_slab(const cohsm__target *t, const cohsm__
         const float *v = cohsm__cluster(soup, i / PARTS) + COHSM__LANE_COUNT * (i % PARTS);
         cohsm__lanes3 corner[3];
         cohsm__triangles p;
-        cohsm__lane_ints low, high, one = cohsm__ints_all(1);
+        cohsm__lane_mask use;
+        cohsm__prefetch_part(soup, i);
         corner[0] = cohsm__corner_load(v);
         corner[1] = cohsm__corner_load(v + 3 * COHSM__CLUSTER);
         corner[2] = cohsm__corner_load(v + 6 * COHSM__CLUSTER);
-        cohsm__find_x(&axes, corner, &p);
-        cohsm__span(p.x0, p.x1, p.x2, 0, t->size, &low, &high);
-        cohsm__slab_add(slab, &p, corner, cohsm__ints_greater(cohsm__ints_add(high, one), low));
+        use = cohsm__find_x(t, &axes, corner, &p);
+        cohsm__slab_add(slab, &p, corner, use);
     }
 }
 
@@ -7521,6 +7269,89 @@ COHSM__KERNEL static void cohsm__find_clusters(const cohsm__target *t, cohsm__v3
 }
 
 #endif
+
+/* ==== src/csm/kernels_compress.h ==== */
+
+/* ---- kernels of compress: as many pixels as there are lanes ---- */
+
+/* Returns x / 65535, rounded down, for x in 0..2^24. */
+static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__divide_65535(cohsm__lane_ints x)
+{
+    const cohsm__lane_ints more = cohsm__ints_add(x, cohsm__ints_all(1));
+    return cohsm__ints_shift_right(cohsm__ints_add(more, cohsm__ints_shift_right(x, 16)), 16);
+}
+
+/* Returns what cohsm__grid_above and cohsm__grid_below return. */
+static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__grid_above_lanes(cohsm__lane_ints depth, int32_t top)
+{
+    const cohsm__lane_ints scaled = cohsm__ints_mul(depth, cohsm__ints_all(top));
+    return cohsm__divide_65535(cohsm__ints_add(scaled, cohsm__ints_all(65534)));
+}
+
+static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__grid_below_lanes(cohsm__lane_ints depth, int32_t top)
+{
+    const cohsm__lane_ints scaled = cohsm__ints_mul(depth, cohsm__ints_all(top));
+    return cohsm__divide_65535(cohsm__ints_add(scaled, cohsm__ints_all(top - 1)));
+}
+
+/* The interval that cohsm__interval gives for each pixel, what it returns, and which pixels have a first
+   layer without a second. */
+typedef struct cohsm__intervals { cohsm__lane_ints lo, hi; cohsm__lane_mask empty, open; } cohsm__intervals;
+
+static inline COHSM__IN_KERNEL cohsm__intervals cohsm__intervals_of(const cohsm__narrowing *n,
+                                                                    const uint16_t *z)
+{
+    const cohsm__lane_ints all = cohsm__ints_all(COHSM__INFINITE), one = cohsm__ints_all(1);
+    const cohsm__lane_ints both = cohsm__ints_load((const int32_t *)(const void *)z);
+    const cohsm__lane_ints z1 = cohsm__ints_and(both, all);
+    const cohsm__lane_ints z2 = cohsm__ints_and(cohsm__ints_shift_right(both, 16), all);
+    const cohsm__lane_mask hit = cohsm__ints_greater(all, z1), no_second = cohsm__ints_equal(z2, all);
+    /* Farther than 65536 is as far. */
+    const cohsm__lanes behind = cohsm__lanes_min(
+        cohsm__lanes_add(cohsm__lanes_mul(cohsm__lanes_all(n->slope), cohsm__lanes_of_ints(z1)),
+                         cohsm__lanes_all(n->gap)), cohsm__lanes_all(65536.0f));
+    const cohsm__lane_ints open = cohsm__ints_add(cohsm__ints_add(z1, one), cohsm__lanes_truncate(behind));
+    const cohsm__lane_ints upper = cohsm__ints_select(no_second, open, z2);
+    const cohsm__lane_mask room = cohsm__ints_greater(upper, z1);
+    cohsm__intervals i;
+
+    i.hi = cohsm__ints_min(cohsm__ints_sub(upper, one), cohsm__ints_all(COHSM__OPEN));
+    i.hi = cohsm__ints_select(hit, cohsm__ints_select(room, i.hi, z1), all);
+    i.lo = cohsm__ints_select(hit, z1, cohsm__ints_all(n->miss));
+    i.empty = cohsm__mask_and(hit, cohsm__ints_greater(one, cohsm__ints_sub(upper, z1)));
+    i.open = cohsm__mask_and(hit, no_second);
+    return i;
+}
+
+/* Adds a view of two layers to the open segments of pixels, as cohsm__compress_pixel does, but for those that
+   end, and for the last few pixels that are not as many as there are lanes. These it writes into `left`,
+   which has room for 16 more, and returns how many they are. */
+COHSM__KERNEL static uint32_t cohsm__narrow(cohsm__narrowing *n, const uint16_t *z, int32_t *span,
+                                            uint32_t pixels, int32_t *left)
+{
+    const cohsm__lane_ints low_half = cohsm__ints_all(65535);
+    uint32_t p, count = 0;
+
+    for (p = 0; p + COHSM__LANE_COUNT <= pixels; p += COHSM__LANE_COUNT) {
+        const cohsm__intervals i = cohsm__intervals_of(n, z + 2 * (size_t)p);
+        const cohsm__lane_ints before = cohsm__ints_load(span + p);
+        const cohsm__lane_ints lo = cohsm__ints_max(cohsm__ints_and(before, low_half),
+                                                    cohsm__grid_above_lanes(i.lo, n->top));
+        const cohsm__lane_ints hi = cohsm__ints_min(cohsm__ints_shift_right(before, 16),
+                                                    cohsm__grid_below_lanes(i.hi, n->top));
+        const cohsm__lane_mask ends = cohsm__ints_greater(lo, hi);
+        const cohsm__lane_ints after = cohsm__ints_or(lo, cohsm__ints_mul(hi, cohsm__ints_all(65536)));
+        const uint32_t go_on = ~cohsm__mask_bits(ends);
+        cohsm__ints_store(span + p, cohsm__ints_select(ends, before, after));
+        n->empty += cohsm__bit_count(cohsm__mask_bits(i.empty) & go_on);
+        n->open += cohsm__bit_count(cohsm__mask_bits(i.open) & go_on);
+        cohsm__ints_append(left + count, ends,
+                           cohsm__ints_add(cohsm__ints_load(cohsm__numbers), cohsm__ints_all((int32_t)p)));
+        count += cohsm__mask_count(ends);
+    }
+    for (; p < pixels; p++) left[count++] = (int32_t)p;
+    return count;
+}
 
 /* ==== src/csm/kernels_trays.h ==== */
 
@@ -8265,6 +8096,7 @@ typedef struct cohsm__kernels {
     void (*enqueue_slab)(const cohsm__target *t, const cohsm__camera *cam, const cohsm__slab *slab,
                           cohsm__queue *q);
     void (*draw_queue)(const cohsm__target *t, const cohsm__camera *cam, cohsm__queue *q, int all);
+    uint32_t (*narrow)(cohsm__narrowing *n, const uint16_t *z, int32_t *span, uint32_t pixels, int32_t *left);
 #endif
 } cohsm__kernels;
 
@@ -8282,6 +8114,7 @@ static cohsm__kernels cohsm__choose_kernels(int simd)
     k.find_slab = cohsm__find_slab_plain;
     k.enqueue_slab = cohsm__enqueue_slab_plain;
     k.draw_queue = cohsm__draw_queue_plain;
+    k.narrow = cohsm__narrow_plain;
 #endif
 #if COHSM__SIMD_SETS
     if (simd) {
@@ -8296,12 +8129,399 @@ static cohsm__kernels cohsm__choose_kernels(int simd)
         k.find_slab = simd == 2 ? cohsm__find_slab_avx512 : cohsm__find_slab_avx2;
         k.enqueue_slab = simd == 2 ? cohsm__enqueue_slab_avx512 : cohsm__enqueue_slab_avx2;
         k.draw_queue = simd == 2 ? cohsm__draw_queue_avx512 : cohsm__draw_queue_avx2;
+        k.narrow = simd == 2 ? cohsm__narrow_avx512 : cohsm__narrow_avx2;
 #endif
     }
 #else
     (void)simd;
 #endif
     return k;
+}
+
+/* ==== src/csm/compress.h ==== */
+
+/* ---- compress: the views of a batch to segments ---- */
+
+/* Adds one pixel of a view to the open segment of that pixel, greedily: a segment goes on as long as one grid
+   value separates the layers of all its views (equation 1). No sequence of segments is shorter: any part of a
+   segment that can be stored can be stored too, so by induction the greedy segments end no earlier than those
+   of any other sequence. A view that no grid value separates is a segment of its own, and stored exactly, in
+   every sequence. */
+static void cohsm__compress_pixel(cohsm_builder *b, cohsm__range *r, uint32_t p, const uint16_t *z,
+                                  uint32_t view)
+{
+    uint32_t lo, hi, depth;              /* what the view at hand can store */
+    uint32_t grid_lo, grid_hi;           /* the same on the grid */
+    uint32_t both_lo, both_hi;           /* what the open segment can store with this view in it */
+
+    r->empty += (uint64_t)cohsm__interval(b, z, &lo, &hi);
+    r->open += z[0] != COHSM__INFINITE && z[1] == COHSM__INFINITE;
+    grid_lo = cohsm__grid_above(lo, b->grid.top);
+    grid_hi = cohsm__grid_below(hi, b->grid.top);
+    both_lo = cohsm__max_u32(cohsm__span_lo(b->span[p]), grid_lo);
+    both_hi = cohsm__min_u32(cohsm__span_hi(b->span[p]), grid_hi);
+    if (both_lo > both_hi) {
+        if (b->first[p] != view) cohsm__close_open_segment(b, r, p);
+        b->first[p] = view;
+        both_lo = grid_lo;
+        both_hi = grid_hi;
+        if (grid_lo > grid_hi) {
+            depth = (lo + hi) / 2u;
+            cohsm__close_segment(b, r, p, COHSM__EXACT, depth & 255u, depth >> 8);
+            r->exact++;
+            b->first[p] = view + 1u;
+            both_lo = 0;
+            both_hi = b->grid.top;
+        }
+    }
+    b->span[p] = cohsm__span_pack(both_lo, both_hi);
+}
+
+/* Returns what the kernels need to know of a build, see cohsm__narrowing. */
+static cohsm__narrowing cohsm__narrowing_of(const cohsm_builder *b)
+{
+    cohsm__narrowing n;
+    n.top = (int32_t)b->grid.top;
+    n.miss = b->desc.self_only ? 0 : (int32_t)COHSM__INFINITE;
+    n.slope = b->head.positional ? b->thickness : 0.0f;
+    n.gap = b->head.positional ? 0.0f : b->thickness;
+    n.empty = n.open = 0;
+    return n;
+}
+
+/* Adds a view to the segments of a range of pixels. Eight segments of nine or more go on, so kernels narrow
+   these together, some hundred pixels at a time, and list the pixels that are left: those whose segment ends,
+   and the last few. Kernels take two layers, and read both as one word, the first layer in its low half. */
+static void cohsm__compress_view(cohsm_builder *b, cohsm__range *r, const cohsm__kernels *kernels,
+                                 const uint16_t *z, uint32_t view)
+{
+    const int whole = b->keep == 2 && cohsm__host_is_little_endian();
+    cohsm__narrowing n = cohsm__narrowing_of(b);
+    int32_t left[COHSM__NARROWED + 16];
+    uint32_t p, i, count, end;
+
+    if (!whole) {
+        for (p = r->begin; p < r->end; p++)
+            cohsm__compress_pixel(b, r, p, z + (size_t)p * b->keep, view);
+        return;
+    }
+    for (p = r->begin; p < r->end; p = end) {
+        end = cohsm__min_u32(p + (uint32_t)COHSM__NARROWED, r->end);
+        count = kernels->narrow(&n, z + 2 * (size_t)p, b->span + p, end - p, left);
+        for (i = 0; i < count; i++)
+            cohsm__compress_pixel(b, r, p + (uint32_t)left[i], z + 2 * (size_t)(p + (uint32_t)left[i]), view);
+    }
+    r->empty += n.empty;
+    r->open += n.open;
+}
+
+static void cohsm__compress_task(void *context, size_t index)
+{
+    cohsm_builder *b = (cohsm_builder *)context;
+    cohsm__range *r = &b->ranges[index];
+    const uint32_t chunk_begin = b->batch_begin & ~(COHSM__CHUNK - 1u);
+    const cohsm__kernels kernels = cohsm__choose_kernels(b->simd);
+
+    if (r->begin == r->end) return;                 /* fewer pixels than ranges */
+    for (; r->next_view < b->batch_count; r->next_view++) {
+        r->starved = !cohsm__page_ready(b, r);
+        if (r->starved) return;
+        cohsm__compress_view(
+            b, r, &kernels,
+            b->batch + (size_t)r->next_view * b->batch_size + (size_t)b->desc.pixel_begin * b->keep,
+            b->batch_begin + r->next_view - chunk_begin);
+    }
+}
+
+static cohsm_result cohsm__compress_batch(cohsm_builder *b)
+{
+    int i, starved;
+
+    for (i = 0; i < COHSM__RANGES; i++) b->ranges[i].next_view = 0;
+    do {
+        if (cohsm__take_spares(b) != COHSM_OK) return COHSM_ERR_ALLOC;
+        cohsm__run_tasks(&b->desc.system, COHSM__RANGES, cohsm__compress_task, b);
+        for (i = 0, starved = 0; i < COHSM__RANGES; i++) starved |= b->ranges[i].starved;
+    } while (starved);
+    return COHSM_OK;
+}
+
+
+/* ==== src/csm/builder_views.h ==== */
+
+/* ---- builder: public ---- */
+
+COHSM_DEF void cohsm_builder_free(cohsm_builder *b)
+{
+    cohsm__words *w, *next;
+    cohsm__counted_heap heap;
+    uint32_t n;
+    int i;
+
+    if (!b) return;
+    n = b->range_pixels;
+    for (w = b->lists; w; w = next) {
+        next = w->next;
+        cohsm__heap_free(&b->heap, w, 1, sizeof *w + 4 * w->count);
+    }
+    for (i = 0; i < COHSM__RANGES; i++) {
+        cohsm__free_pages(b, b->ranges[i].first);
+        cohsm__free_pages(b, b->ranges[i].spare);
+    }
+    cohsm__heap_free(&b->heap, b->batch, (size_t)b->batch_size * COHSM__BATCH, sizeof *b->batch);
+    cohsm__heap_free(&b->heap, b->lookup, (size_t)n * cohsm__chunks(&b->head), sizeof *b->lookup);
+    cohsm__heap_free(&b->heap, b->first, n, sizeof *b->first);
+    cohsm__heap_free(&b->heap, b->span, n, sizeof *b->span);
+    cohsm__heap_free(&b->heap, b->angles, 2 * ((size_t)b->head.side[0] + b->head.side[1]), sizeof(float));
+    cohsm__heap_free(&b->heap, b->locations, b->head.location_words, sizeof(float));
+    cohsm__heap_free(&b->heap, b->cells, b->head.map_count, sizeof *b->cells);
+    heap = b->heap;
+    cohsm__heap_free(&heap, b, 1, sizeof *b);
+}
+
+/* Copies the locations of the desc, and normalises those that are directions. A direction that is unit but
+   for rounding stays as it is: the desc of a built block must give the same rays again. */
+static void cohsm__copy_locations(float *out, const cohsm_domain *d)
+{
+    size_t i;
+    for (i = 0; i < d->location_count; i++) {
+        cohsm__v3 p = cohsm__v3_load(d->locations + 4 * i);
+        if (d->locations[3] == 0.0f && fabsf(cohsm__v3_dot(p, p) - 1.0f) > 1e-6f) p = cohsm__v3_normalize(p);
+        cohsm__v3_store(out + 4 * i, p);
+        out[4 * i + 3] = d->locations[3];
+    }
+}
+
+static void cohsm__split_ranges(cohsm_builder *b)
+{
+    uint32_t n = b->range_pixels, i, widest = (n + COHSM__RANGES - 1) / COHSM__RANGES;
+    for (i = 0; i < COHSM__RANGES; i++) {
+        b->ranges[i].begin = (uint32_t)((uint64_t)n * i / COHSM__RANGES);
+        b->ranges[i].end = (uint32_t)((uint64_t)n * (i + 1) / COHSM__RANGES);
+    }
+    b->page_records = cohsm__max_u32(4 * widest, 256);
+}
+
+static void cohsm__drop_builder(cohsm_builder *b, cohsm__counted_heap *heap)
+{
+    heap->peak = b->heap.peak;
+    heap->used -= sizeof *b;
+    cohsm_builder_free(b);
+}
+
+/* Makes a builder of a desc that is checked and complete. On success the builder's heap takes over what heap
+   had counted. */
+static cohsm_result cohsm__builder_make(const cohsm_desc *desc, cohsm__counted_heap *heap,
+                                        cohsm_builder **out)
+{
+    cohsm_builder *b = (cohsm_builder *)cohsm__heap_alloc(heap, 1, sizeof *b);
+    uint32_t n = desc->pixel_end - desc->pixel_begin, i;
+    size_t lookup;
+
+    if (!b) return COHSM_ERR_ALLOC;
+    memset(b, 0, sizeof *b);
+    b->desc = *desc;
+    cohsm__fill_header(&b->head, desc);
+    b->heap = *heap;
+    b->range_pixels = n;
+    b->simd = cohsm__simd();
+    b->grid = cohsm__grid_of(desc->depth_bits, desc->map_side);
+    b->thickness = desc->open_thickness * (b->head.positional ? 2.0f : 65536.0f) / (float)desc->map_side;
+    b->keep = desc->layers == COHSM_LAYERS_Z1Z2 ? 2 : 4;
+    b->batch_size = desc->map_side * desc->map_side * b->keep;
+    if (!cohsm__mul_size(n, cohsm__chunks(&b->head), &lookup) || lookup > UINT32_MAX / 4) {
+        cohsm__heap_free(heap, b, 1, sizeof *b);
+        return COHSM_ERR_LIMIT;
+    }
+    b->cells = (uint32_t *)cohsm__heap_alloc(&b->heap, b->head.map_count, sizeof *b->cells);
+    b->angles =
+        (float *)cohsm__heap_alloc(&b->heap, 2 * ((size_t)b->head.side[0] + b->head.side[1]), sizeof(float));
+    if (b->head.location_words)
+        b->locations = (float *)cohsm__heap_alloc(&b->heap, b->head.location_words, sizeof(float));
+    b->span = (int32_t *)cohsm__heap_alloc(&b->heap, n, sizeof *b->span);
+    b->first = (uint32_t *)cohsm__heap_alloc(&b->heap, n, sizeof *b->first);
+    b->lookup = (uint32_t *)cohsm__heap_alloc(&b->heap, lookup, sizeof *b->lookup);
+    b->batch =
+        (uint16_t *)cohsm__heap_alloc(&b->heap, (size_t)b->batch_size * COHSM__BATCH, sizeof *b->batch);
+    cohsm__split_ranges(b);
+    if (!b->cells || !b->angles || (b->head.location_words && !b->locations) || !b->span ||
+        !b->first || !b->lookup || !b->batch) {
+        cohsm__drop_builder(b, heap);
+        return COHSM_ERR_ALLOC;
+    }
+    for (i = 0; i < n; i++) b->span[i] = cohsm__span_pack(0, b->grid.top);
+    memset(b->first, 0, n * sizeof *b->first);
+    memset(b->lookup, 0, lookup * sizeof *b->lookup);
+    cohsm__order_cells(b->cells, b->head.side, desc->order);
+    if (b->locations) cohsm__copy_locations(b->locations, &desc->domain);
+    cohsm__latlong_angles(b->head.side, b->angles);
+    cohsm__dop_of_sphere(b->head.dop, b->head.center, b->head.radius);
+    if (b->head.positional) b->head.depth_far = cohsm__far_distance(&b->head, b->locations);
+    if (!cohsm__floats_finite(&b->head)) {
+        cohsm__drop_builder(b, heap);
+        return COHSM_ERR_DESC;
+    }
+    *out = b;
+    return COHSM_OK;
+}
+
+COHSM_DEF cohsm_result cohsm_builder_create(const cohsm_desc *desc, cohsm_builder **out)
+{
+    cohsm_desc d;
+    cohsm__counted_heap heap;
+    cohsm__logger log;
+    cohsm_result result;
+
+    if (!desc) return COHSM_ERR_ARGUMENT;
+    d = *desc;
+    log = cohsm__logger_of(&d.system, "cohsm_builder_create");
+    if (!out) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "out", "is NULL");
+    result = cohsm__check_desc(&d, &log);
+    if (result != COHSM_OK) return result;
+    if (!cohsm__radius_usable(d.radius))
+        return cohsm__refuse_value(&log, "desc.radius", (double)d.radius, "above 0, 1e-18..1e18");
+    if (d.order == COHSM_ORDER_DEFAULT) d.order = COHSM_ORDER_HILBERT;
+    if (d.orientation == COHSM_ORIENTATION_DEFAULT) d.orientation = COHSM_ORIENTATION_POLAR;
+    memset(&heap, 0, sizeof heap);
+    heap.allocator = cohsm__allocator_of(&d.system);
+    return cohsm__log_build(&log, &d, cohsm__builder_make(&d, &heap, out));
+}
+
+COHSM_DEF uint32_t cohsm_builder_view_count(const cohsm_builder *b) { return b ? b->head.view_count : 0; }
+
+static void cohsm__put_row(float *m, int row, cohsm__v3 v, float w)
+{
+    m[row] = v.x;
+    m[row + 4] = v.y;
+    m[row + 8] = v.z;
+    m[row + 12] = w;
+}
+
+static void cohsm__view_matrix(const cohsm__header *h, const cohsm__camera *cam, cohsm__v3 location, float *m)
+{
+    float half = 0.5f * (float)h->map_side, scale = half / h->radius;
+    cohsm__v3 c = cohsm__v3_load(h->center);
+    cohsm__v3 axis[3], x, y, w;
+    int i = (int)(cam->face >> 1);
+
+    memset(m, 0, 16 * sizeof *m);
+    m[15] = 1.0f;
+    if (!cam->perspective) {
+        cohsm__put_row(m, 0, cohsm__v3_scale(cam->axes.right, scale),
+                       half - scale * cohsm__v3_dot(cam->axes.right, c));
+        cohsm__put_row(m, 1, cohsm__v3_scale(cam->axes.up, scale),
+                       half - scale * cohsm__v3_dot(cam->axes.up, c));
+        cohsm__put_row(m, 2, cohsm__v3_scale(cam->axes.back, -0.5f / h->radius),
+                       0.5f + 0.5f / h->radius * cohsm__v3_dot(cam->axes.back, c));
+        return;
+    }
+    axis[0] = cohsm__v3_make(1, 0, 0);
+    axis[1] = cohsm__v3_make(0, 1, 0);
+    axis[2] = cohsm__v3_make(0, 0, 1);
+    w = cohsm__v3_scale(axis[i], cam->face & 1u ? -1.0f : 1.0f);
+    x = cohsm__v3_scale(cohsm__v3_add(axis[(i + 1) % 3], w), half);
+    y = cohsm__v3_scale(cohsm__v3_add(axis[(i + 2) % 3], w), half);
+    cohsm__put_row(m, 0, x, -cohsm__v3_dot(x, location));
+    cohsm__put_row(m, 1, y, -cohsm__v3_dot(y, location));
+    cohsm__put_row(m, 3, w, -cohsm__v3_dot(w, location));
+}
+
+COHSM_DEF cohsm_result cohsm_builder_view(const cohsm_builder *b, uint32_t index, cohsm_view *out)
+{
+    cohsm__camera cam;
+    cohsm__v3 location;
+    uint32_t cell;
+    cohsm__logger log;
+
+    if (!b) return COHSM_ERR_ARGUMENT;
+    log = cohsm__logger_of(&b->desc.system, "cohsm_builder_view");
+    if (!out) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "out", "is NULL");
+    if (index >= b->head.view_count) {
+        cohsm__log_bound(&log, "index", index, "below", b->head.view_count, "the number of views");
+        return COHSM_ERR_ARGUMENT;
+    }
+    memset(out, 0, sizeof *out);
+    cell = b->cells[index % b->head.map_count];
+    location = cohsm__cell_location(&b->head, b->locations, cell);
+    out->index = index;
+    out->cell = cell;
+    out->face = index / b->head.map_count;
+    cohsm__v3_store(out->location, location);
+    out->location[3] = b->head.positional ? 1.0f : 0.0f;
+    cam = cohsm__camera_of(&b->head, b->locations, b->angles, cell, out->face);
+    if (cam.perspective) out->depth_scale = 1.0f / b->head.depth_far;
+    cohsm__view_matrix(&b->head, &cam, location, out->matrix);
+    return COHSM_OK;
+}
+
+static cohsm_result cohsm__close_batch(cohsm_builder *b)
+{
+    cohsm_result result = cohsm__compress_batch(b);
+    b->next_view = b->batch_begin + b->batch_count;
+    b->batch_begin = b->next_view;
+    b->batch_count = 0;
+    if (result == COHSM_OK && (b->next_view % COHSM__CHUNK == 0 || b->next_view == b->head.view_count))
+        result = cohsm__close_chunk(b);
+    b->finished = result != COHSM_OK;
+    return result;
+}
+
+/* Turns the caller's depths into 16-bit layers of the shard's pixels. */
+static void cohsm__take_layers(const cohsm_builder *b, uint16_t *z, const float *z1, const float *z2,
+                               const float *z3)
+{
+    const float *layer[3];
+    cohsm__camera cam =
+        cohsm__camera_of(&b->head, b->locations, b->angles, b->cells[b->next_view % b->head.map_count],
+                         b->next_view / b->head.map_count);
+    uint32_t p, pixel, i;
+
+    layer[0] = z1;
+    layer[1] = z2;
+    layer[2] = z3;
+    for (p = 0; p < b->range_pixels; p++) {
+        pixel = b->desc.pixel_begin + p;
+        for (i = 0; i < (b->keep == 4 ? 3u : 2u); i++)
+            z[pixel * b->keep + i] =
+                layer[i][pixel] <= 1.0f ? cohsm__depth16(layer[i][pixel]) : (uint16_t)COHSM__INFINITE;
+        if (b->keep == 4) z[pixel * b->keep + 3] = cohsm__leave_depth(&cam, b->head.map_side, pixel);
+    }
+}
+
+COHSM_DEF cohsm_result cohsm_builder_add(cohsm_builder *b, uint32_t index, const float *z1, const float *z2,
+                                         const float *z3)
+{
+    uint32_t i, pixels;
+    cohsm__logger log;
+
+    if (!b) return COHSM_ERR_ARGUMENT;
+    log = cohsm__logger_of(&b->desc.system, "cohsm_builder_add");
+    if (!z1) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "z1", "is NULL");
+    if (!z2) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "z2", "is NULL");
+    if (b->keep == 4 && !z3) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "z3", "is NULL");
+    if (b->finished)
+        return cohsm__refuse(&log, COHSM_ERR_ORDER, "the builder", "has ended, or failed before");
+    if (index >= b->head.view_count) {
+        cohsm__log_bound(&log, "index", index, "below", b->head.view_count, "the number of views");
+        return COHSM_ERR_ORDER;
+    }
+    if (index != b->batch_begin + b->batch_count) {
+        cohsm__log_value(&log, "index", (double)index, "the number of views that were added before");
+        return COHSM_ERR_ORDER;
+    }
+    pixels = b->head.map_side * b->head.map_side;
+    for (i = 0; i < pixels; i++)
+        if (!(z1[i] <= z2[i]) || (b->keep == 4 && !(z2[i] <= z3[i]))) {
+            cohsm__log_element(&log, z1[i] <= z2[i] ? "z2" : "z1", i, "is",
+                               (double)(z1[i] <= z2[i] ? z2[i] : z1[i]),
+                               "at most the depth of the next layer there");
+            return COHSM_ERR_INPUT;
+        }
+    b->next_view = index;
+    cohsm__take_layers(b, b->batch + (size_t)b->batch_size * b->batch_count, z1, z2, z3);
+    b->batch_count++;
+    if (b->batch_count < COHSM__BATCH && index + 1 < b->head.view_count) return COHSM_OK;
+    return cohsm__log_result(&log, cohsm__close_batch(b));
 }
 
 /* ==== src/csm/query_tiles.h ==== */

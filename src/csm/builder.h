@@ -36,8 +36,8 @@ struct cohsm_builder {
     float            *locations, *angles;
     uint16_t         *leave;            /* Z1Z3_SPHERE, directions: depth where each pixel's ray leaves the
                                            sphere */
-    uint8_t          *lo, *hi;          /* of each pixel of the shard: the grid values that its open segment
-                                           can have */
+    int32_t          *span;             /* of each pixel of the shard: the grid values that its open segment
+                                           can have, lo | hi << 16 */
     uint32_t         *first;            /* its first view within the chunk */
     uint16_t         *batch;            /* COHSM__BATCH views with `keep` values a pixel: z1, z2, z3, and the
                                            depth where the ray leaves the sphere (Z1Z3_SPHERE only) */
@@ -50,10 +50,21 @@ struct cohsm_builder {
     cohsm__words     *lists, *lists_last;
     uint32_t         *lookup;           /* words from the beginning of its piece of lists, until finish */
     size_t            list_words;
+    int               simd;             /* which kernels compress */
     int               finished;         /* or failed: it can only be freed */
     int               counting;         /* segments are counted alone; lists are not written */
 };
 #endif
+
+/* What kernels need to know to narrow the open segments of pixels, and what they count meanwhile. Behind a
+   first layer without a second, at depth z, there are slope * z + gap depths that may be stored. */
+typedef struct cohsm__narrowing {
+    int32_t  top;                       /* the greatest grid value */
+    int32_t  miss;                      /* the least depth that a pixel without a hit can store */
+    float    slope, gap;
+    uint64_t empty, open;               /* as in cohsm__range */
+} cohsm__narrowing;
+enum { COHSM__NARROWED = 256 };         /* the most pixels that a kernel narrows at a time */
 
 /* Grid value i stands for the depth floor(i 65535 / grid). These return the least i whose depth is at least
    d, and the greatest i whose depth is at most d. */
@@ -75,6 +86,16 @@ static void cohsm__close_segment(cohsm_builder *b, cohsm__range *r, uint32_t pix
     c->lo = (uint8_t)lo;
     c->hi = (uint8_t)hi;
     r->segments++;
+}
+
+/* The grid values lo..hi that an open segment can have, in one number. */
+static int32_t cohsm__span_pack(uint32_t lo, uint32_t hi) { return (int32_t)(lo | hi << 16); }
+static uint32_t cohsm__span_lo(int32_t span) { return (uint32_t)span & 65535u; }
+static uint32_t cohsm__span_hi(int32_t span) { return (uint32_t)span >> 16; }
+
+static void cohsm__close_open_segment(cohsm_builder *b, cohsm__range *r, uint32_t pixel)
+{
+    cohsm__close_segment(b, r, pixel, 0, cohsm__span_lo(b->span[pixel]), cohsm__span_hi(b->span[pixel]));
 }
 
 /* Makes sure that the last page of a range has room for the records of one view, which may close two segments
@@ -119,60 +140,6 @@ static int cohsm__interval(const cohsm_builder *b, const uint16_t *z, uint32_t *
     return upper <= z[0];
 }
 
-/* Adds a view to the segments of a range of pixels, greedily: a segment goes on as long as one grid value
-   separates the layers of all its views (equation 1). No sequence of segments is shorter: any part of a
-   segment that can be stored can be stored too, so by induction the greedy segments end no earlier than those
-   of any other sequence. A view that no grid value separates is a segment of its own, and stored exactly, in
-   every sequence. */
-static void cohsm__compress_view(cohsm_builder *b, cohsm__range *r, const uint16_t *z, uint32_t view)
-{
-    uint32_t p, depth;
-    uint32_t lo, hi;                     /* what the view at hand can store */
-    uint32_t glo, ghi;                   /* the same on the grid */
-    uint32_t nlo, nhi;                   /* what the open segment can store with this view in it */
-
-    for (p = r->begin, z += (size_t)p * b->keep; p < r->end; p++, z += b->keep) {
-        r->empty += (uint64_t)cohsm__interval(b, z, &lo, &hi);
-        glo = cohsm__grid_above(lo, b->grid.top);
-        ghi = cohsm__grid_below(hi, b->grid.top);
-        nlo = cohsm__max_u32(b->lo[p], glo);
-        nhi = cohsm__min_u32(b->hi[p], ghi);
-        r->open += z[0] != COHSM__INFINITE && z[1] == COHSM__INFINITE;
-        if (nlo > nhi) {
-            if (b->first[p] != view) cohsm__close_segment(b, r, p, 0, b->lo[p], b->hi[p]);
-            b->first[p] = view;
-            nlo = glo;
-            nhi = ghi;
-            if (glo > ghi) {
-                depth = (lo + hi) / 2u;
-                cohsm__close_segment(b, r, p, COHSM__EXACT, depth & 255u, depth >> 8);
-                r->exact++;
-                b->first[p] = view + 1u;
-                nlo = 0;
-                nhi = b->grid.top;
-            }
-        }
-        b->lo[p] = (uint8_t)nlo;
-        b->hi[p] = (uint8_t)nhi;
-    }
-}
-
-static void cohsm__compress_task(void *context, size_t index)
-{
-    cohsm_builder *b = (cohsm_builder *)context;
-    cohsm__range *r = &b->ranges[index];
-    uint32_t chunk_begin = b->batch_begin & ~(COHSM__CHUNK - 1u);
-
-    if (r->begin == r->end) return;                 /* fewer pixels than ranges */
-    for (; r->next_view < b->batch_count; r->next_view++) {
-        r->starved = !cohsm__page_ready(b, r);
-        if (r->starved) return;
-        cohsm__compress_view(
-            b, r, b->batch + (size_t)r->next_view * b->batch_size + (size_t)b->desc.pixel_begin * b->keep,
-            b->batch_begin + r->next_view - chunk_begin);
-    }
-}
-
 static size_t cohsm__page_size(const cohsm_builder *b)
 {
     return sizeof(cohsm__page) + (size_t)b->page_records * sizeof(cohsm__record);
@@ -190,19 +157,6 @@ static cohsm_result cohsm__take_spares(cohsm_builder *b)
         if (!r->spare) return COHSM_ERR_ALLOC;
         r->spare->next = NULL;
     }
-    return COHSM_OK;
-}
-
-static cohsm_result cohsm__compress_batch(cohsm_builder *b)
-{
-    int i, starved;
-
-    for (i = 0; i < COHSM__RANGES; i++) b->ranges[i].next_view = 0;
-    do {
-        if (cohsm__take_spares(b) != COHSM_OK) return COHSM_ERR_ALLOC;
-        cohsm__run_tasks(&b->desc.system, COHSM__RANGES, cohsm__compress_task, b);
-        for (i = 0, starved = 0; i < COHSM__RANGES; i++) starved |= b->ranges[i].starved;
-    } while (starved);
     return COHSM_OK;
 }
 
@@ -300,10 +254,9 @@ static cohsm_result cohsm__close_chunk(cohsm_builder *b)
         if (r->begin == r->end) continue;
         cohsm__page_ready(b, r);
         for (p = r->begin; p < r->end; p++) {
-            if (b->first[p] != views) cohsm__close_segment(b, r, p, 0, b->lo[p], b->hi[p]);
+            if (b->first[p] != views) cohsm__close_open_segment(b, r, p);
             b->first[p] = 0;
-            b->lo[p] = 0;
-            b->hi[p] = (uint8_t)b->grid.top;
+            b->span[p] = cohsm__span_pack(0, b->grid.top);
         }
         if (!b->counting) result = cohsm__write_range(b, r, lookup + r->begin, views);
         cohsm__free_pages(b, r->first);

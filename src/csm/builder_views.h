@@ -20,8 +20,7 @@ COHSM_DEF void cohsm_builder_free(cohsm_builder *b)
     cohsm__heap_free(&b->heap, b->batch, (size_t)b->batch_size * COHSM__BATCH, sizeof *b->batch);
     cohsm__heap_free(&b->heap, b->lookup, (size_t)n * cohsm__chunks(&b->head), sizeof *b->lookup);
     cohsm__heap_free(&b->heap, b->first, n, sizeof *b->first);
-    cohsm__heap_free(&b->heap, b->hi, n, 1);
-    cohsm__heap_free(&b->heap, b->lo, n, 1);
+    cohsm__heap_free(&b->heap, b->span, n, sizeof *b->span);
     cohsm__heap_free(&b->heap, b->angles, 2 * ((size_t)b->head.side[0] + b->head.side[1]), sizeof(float));
     cohsm__heap_free(&b->heap, b->locations, b->head.location_words, sizeof(float));
     cohsm__heap_free(&b->heap, b->cells, b->head.map_count, sizeof *b->cells);
@@ -65,7 +64,7 @@ static cohsm_result cohsm__builder_make(const cohsm_desc *desc, cohsm__counted_h
                                         cohsm_builder **out)
 {
     cohsm_builder *b = (cohsm_builder *)cohsm__heap_alloc(heap, 1, sizeof *b);
-    uint32_t n = desc->pixel_end - desc->pixel_begin;
+    uint32_t n = desc->pixel_end - desc->pixel_begin, i;
     size_t lookup;
 
     if (!b) return COHSM_ERR_ALLOC;
@@ -74,6 +73,7 @@ static cohsm_result cohsm__builder_make(const cohsm_desc *desc, cohsm__counted_h
     cohsm__fill_header(&b->head, desc);
     b->heap = *heap;
     b->range_pixels = n;
+    b->simd = cohsm__simd();
     b->grid = cohsm__grid_of(desc->depth_bits, desc->map_side);
     b->thickness = desc->open_thickness * (b->head.positional ? 2.0f : 65536.0f) / (float)desc->map_side;
     b->keep = desc->layers == COHSM_LAYERS_Z1Z2 ? 2 : 4;
@@ -87,20 +87,18 @@ static cohsm_result cohsm__builder_make(const cohsm_desc *desc, cohsm__counted_h
         (float *)cohsm__heap_alloc(&b->heap, 2 * ((size_t)b->head.side[0] + b->head.side[1]), sizeof(float));
     if (b->head.location_words)
         b->locations = (float *)cohsm__heap_alloc(&b->heap, b->head.location_words, sizeof(float));
-    b->lo = (uint8_t *)cohsm__heap_alloc(&b->heap, n, 1);
-    b->hi = (uint8_t *)cohsm__heap_alloc(&b->heap, n, 1);
+    b->span = (int32_t *)cohsm__heap_alloc(&b->heap, n, sizeof *b->span);
     b->first = (uint32_t *)cohsm__heap_alloc(&b->heap, n, sizeof *b->first);
     b->lookup = (uint32_t *)cohsm__heap_alloc(&b->heap, lookup, sizeof *b->lookup);
     b->batch =
         (uint16_t *)cohsm__heap_alloc(&b->heap, (size_t)b->batch_size * COHSM__BATCH, sizeof *b->batch);
     cohsm__split_ranges(b);
-    if (!b->cells || !b->angles || (b->head.location_words && !b->locations) || !b->lo || !b->hi ||
+    if (!b->cells || !b->angles || (b->head.location_words && !b->locations) || !b->span ||
         !b->first || !b->lookup || !b->batch) {
         cohsm__drop_builder(b, heap);
         return COHSM_ERR_ALLOC;
     }
-    memset(b->lo, 0, n);
-    memset(b->hi, (int)b->grid.top, n);
+    for (i = 0; i < n; i++) b->span[i] = cohsm__span_pack(0, b->grid.top);
     memset(b->first, 0, n * sizeof *b->first);
     memset(b->lookup, 0, lookup * sizeof *b->lookup);
     cohsm__order_cells(b->cells, b->head.side, desc->order);

@@ -28,7 +28,6 @@ typedef struct cohsm__plan {
     uint32_t k, bits, base;             /* the block's fields, see "lists" */
     uint32_t values, size;              /* grid values that the codes span; bits that the block takes */
     uint32_t palette;                   /* entries of the palette; 0: there is none */
-    uint8_t  value[COHSM__MARKS];       /* the palette */
 } cohsm__plan;
 
 static void cohsm__plan_start(cohsm__plan *p)
@@ -37,11 +36,44 @@ static void cohsm__plan_start(cohsm__plan *p)
     p->least_hi = COHSM__INFINITE;
 }
 
+/* Returns the greatest grid value of a segment's interval; only what is infinite has the infinite one. */
+static uint32_t cohsm__last_value(const cohsm__segment *s, const cohsm__grid *grid)
+{
+    return s->lo >= grid->top ? grid->top : cohsm__min_u32(s->hi, grid->top - 1u);
+}
+
+/* Returns how many values cohsm__pierce finds. It takes the last values of the intervals in ascending order,
+   and of intervals that share one, the latest beginning: one that begins behind the value found last needs a
+   new value. A block asks this for each segment that it tries to take. */
+static uint32_t cohsm__count_values(const cohsm__segment *s, uint32_t n, const cohsm__grid *grid)
+{
+    uint64_t present[4], bit, left;         /* a bit for each grid value that is the last of an interval */
+    uint8_t begin[256];                     /* of those: where the latest of these intervals begins */
+    uint32_t i, last, count = 0, at = 0;
+
+    memset(present, 0, sizeof present);
+    for (i = 0; i < n; i++) {
+        if (s[i].exact) continue;
+        last = cohsm__last_value(s + i, grid);
+        bit = (uint64_t)1 << (last & 63u);
+        if (!(present[last >> 6] & bit) || begin[last] < s[i].lo) begin[last] = (uint8_t)s[i].lo;
+        present[last >> 6] |= bit;
+    }
+    for (i = 0; i < 4; i++)
+        for (left = present[i]; left; left &= left - 1u) {
+            last = 64u * i + cohsm__popcount(~left & (left - 1u));
+            if (count && begin[last] <= at) continue;
+            at = last;
+            count++;
+        }
+    return count;
+}
+
 /* Finds the fewest grid values with one in each interval: the least hi that is left must be met, and a value
    as large as that meets the most others. Each value then moves to the middle of what its intervals have in
-   common. */
-static uint32_t cohsm__pierce(const cohsm__segment *s, uint32_t n, const cohsm__grid *grid, uint8_t *value,
-                              uint8_t *code)
+   common. Writes the values, and for each segment the number of its value. */
+static void cohsm__pierce(const cohsm__segment *s, uint32_t n, const cohsm__grid *grid, uint8_t *value,
+                          uint8_t *code)
 {
     uint8_t todo[COHSM__MARKS];
     uint32_t i, count = 0, left = 0;
@@ -50,20 +82,16 @@ static uint32_t cohsm__pierce(const cohsm__segment *s, uint32_t n, const cohsm__
     for (i = 0; i < n; i++)
         if (!s[i].exact) todo[left++] = (uint8_t)i;
     for (; left; count++) {
-        for (i = 0, at = grid->top; i < left; i++) {
-            const cohsm__segment *t = &s[todo[i]];
-            uint32_t hi = t->lo >= grid->top ? grid->top : cohsm__min_u32(t->hi, grid->top - 1u);
-            at = cohsm__min_u32(at, hi);
-        }
+        for (i = 0, at = grid->top; i < left; i++)
+            at = cohsm__min_u32(at, cohsm__last_value(&s[todo[i]], grid));
         for (i = 0, lo = 0, n = left, left = 0; i < n; i++) {
             if (s[todo[i]].lo <= at) {
                 lo = cohsm__max_u32(lo, s[todo[i]].lo);
-                if (code) code[todo[i]] = (uint8_t)count;
+                code[todo[i]] = (uint8_t)count;
             } else todo[left++] = todo[i];
         }
         value[count] = (uint8_t)cohsm__choose_value(grid, lo, at);
     }
-    return count;
 }
 
 /* Computes the bits of a block. Returns 0 if there are too many. */
@@ -76,7 +104,7 @@ static int cohsm__plan_size(cohsm__plan *p)
 /* Plans the block with a palette. Returns 0 if it does not fit so. */
 static int cohsm__plan_palette(cohsm__plan *p, const cohsm__segment *s, const cohsm__grid *grid)
 {
-    p->palette = cohsm__pierce(s, p->n, grid, p->value, NULL);
+    p->palette = cohsm__count_values(s, p->n, grid);
     for (p->bits = 1; (1u << p->bits) - 1u < p->palette; p->bits++) {}
     return p->palette && p->bits <= 15 - COHSM__WIDEST && cohsm__plan_size(p);
 }
@@ -141,12 +169,12 @@ static void cohsm__write_block(uint32_t *block, const cohsm__segment *s, cohsm__
     uint32_t i, offset, code;
     uint32_t bucket = 0, at = 16;
     uint32_t head = p->palette ? p->palette : p->base;
-    uint8_t place[COHSM__MARKS];
+    uint8_t value[COHSM__MARKS], place[COHSM__MARKS];
     cohsm__fields f;
 
     cohsm__put_bits(block, 0, 16, head | p->k << 8 | (p->palette ? p->bits + COHSM__WIDEST : p->bits) << 12);
     f = cohsm__block_fields(block, p->n);
-    if (p->palette) cohsm__pierce(s, p->n, grid, p->value, place);
+    if (p->palette) cohsm__pierce(s, p->n, grid, value, place);
     for (i = 0; i < p->n; i++) {
         offset = (uint32_t)s[i].first - s[0].first;
         at += (offset >> p->k) - bucket;
@@ -160,7 +188,7 @@ static void cohsm__write_block(uint32_t *block, const cohsm__segment *s, cohsm__
             f.exact_at += 16;
         }
     }
-    for (i = 0; i < p->palette; i++) cohsm__put_bits(block, f.palette_at + 8 * i, 8, p->value[i]);
+    for (i = 0; i < p->palette; i++) cohsm__put_bits(block, f.palette_at + 8 * i, 8, value[i]);
 }
 
 /* Returns the most blocks that a list of count segments can have: a block takes 10 segments at least, all of

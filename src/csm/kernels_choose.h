@@ -17,6 +17,7 @@ typedef struct cohsm__kernels {
     void (*enqueue_slab)(const cohsm__target *t, const cohsm__camera *cam, const cohsm__slab *slab,
                           cohsm__queue *q);
     void (*draw_queue)(const cohsm__target *t, const cohsm__camera *cam, cohsm__queue *q, int all);
+    uint32_t (*narrow)(cohsm__narrowing *n, const uint16_t *z, int32_t *span, uint32_t pixels, int32_t *left);
 #endif
 } cohsm__kernels;
 
@@ -34,6 +35,7 @@ static cohsm__kernels cohsm__choose_kernels(int simd)
     k.find_slab = cohsm__find_slab_plain;
     k.enqueue_slab = cohsm__enqueue_slab_plain;
     k.draw_queue = cohsm__draw_queue_plain;
+    k.narrow = cohsm__narrow_plain;
 #endif
 #if COHSM__SIMD_SETS
     if (simd) {
@@ -48,6 +50,7 @@ static cohsm__kernels cohsm__choose_kernels(int simd)
         k.find_slab = simd == 2 ? cohsm__find_slab_avx512 : cohsm__find_slab_avx2;
         k.enqueue_slab = simd == 2 ? cohsm__enqueue_slab_avx512 : cohsm__enqueue_slab_avx2;
         k.draw_queue = simd == 2 ? cohsm__draw_queue_avx512 : cohsm__draw_queue_avx2;
+        k.narrow = simd == 2 ? cohsm__narrow_avx512 : cohsm__narrow_avx2;
 #endif
     }
 #else

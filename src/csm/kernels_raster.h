@@ -95,30 +95,30 @@ static inline COHSM__IN_KERNEL void cohsm__to_front(cohsm__triangles *p, cohsm__
     p->z2 = cohsm__lanes_select(behind, z1, p->z2);
 }
 
-/* Enters the depths of one sample a lane, that at (x, y) with the areas w. */
-static inline COHSM__IN_KERNEL void cohsm__draw_samples(const cohsm__target *t, const cohsm__triangles *p,
+/* Notes the depths of one sample a lane, that at (x, y) with the areas w, for the lanes of a mask. */
+static inline COHSM__IN_KERNEL void cohsm__note_samples(const cohsm__target *t, const cohsm__triangles *p,
                                                         const cohsm__sides *w, cohsm__lanes scale,
-                                                        cohsm__lane_ints x, cohsm__lane_ints y, uint32_t bits)
+                                                        cohsm__lane_ints x, cohsm__lane_ints y,
+                                                        cohsm__lane_mask drawn, cohsm__hits *hits)
 {
     const cohsm__lanes top = cohsm__lanes_all((float)COHSM__HIT_MAX);
+    const cohsm__lane_ints pixel = cohsm__ints_add(cohsm__ints_mul(y, cohsm__ints_all(t->size)), x);
     cohsm__lanes z = cohsm__lanes_mul(cohsm__lanes_of_ints(w->w0), p->z0);
-    int32_t pixel[COHSM__LANE_COUNT], depth[COHSM__LANE_COUNT];
 
     z = cohsm__lanes_add(z, cohsm__lanes_mul(cohsm__lanes_of_ints(w->w1), p->z1));
     z = cohsm__lanes_add(z, cohsm__lanes_mul(cohsm__lanes_of_ints(w->w2), p->z2));
     z = cohsm__lanes_mul(cohsm__lanes_mul(z, scale), top);
     z = cohsm__lanes_min(cohsm__lanes_max(z, cohsm__lanes_all(0.0f)), top);
-    cohsm__ints_store(depth, cohsm__lanes_truncate(z));
-    cohsm__ints_store(pixel, cohsm__ints_add(cohsm__ints_mul(y, cohsm__ints_all(t->size)), x));
-    for (; bits; bits &= bits - 1u) {
-        const uint32_t lane = cohsm__first_bit(bits);
-        cohsm__insert_depth(t->z + (size_t)t->keep * (uint32_t)pixel[lane], t->keep, (uint16_t)depth[lane]);
-    }
+    cohsm__ints_append(hits->pixel + hits->count, drawn, pixel);
+    cohsm__ints_append(hits->depth + hits->count, drawn, cohsm__lanes_truncate(z));
+    hits->count += cohsm__mask_count(drawn);
+    if (hits->count > COHSM__MANY) cohsm__enter_hits(t, hits);
 }
 
 /* Draws triangles by going through all samples of their boxes together. */
 static inline COHSM__IN_KERNEL void cohsm__draw_boxes(const cohsm__target *t, cohsm__triangles *p,
-                                                      const cohsm__spans *span, cohsm__lane_mask use)
+                                                      const cohsm__spans *span, cohsm__lane_mask use,
+                                                      cohsm__hits *hits)
 {
     const cohsm__lane_ints zero = cohsm__ints_all(0), one = cohsm__ints_all(1);
     const cohsm__lane_ints pixel = cohsm__ints_all(COHSM__SUBPIXEL);
@@ -130,7 +130,6 @@ static inline COHSM__IN_KERNEL void cohsm__draw_boxes(const cohsm__target *t, co
     cohsm__sides right, up, row, w;
     cohsm__lane_mask in_row, wanted;
     cohsm__lanes scale;
-    uint32_t bits;
 
     cohsm__to_front(p, cohsm__ints_greater(zero, area));
     area = cohsm__ints_max(area, cohsm__ints_sub(zero, area));
@@ -154,8 +153,9 @@ static inline COHSM__IN_KERNEL void cohsm__draw_boxes(const cohsm__target *t, co
             if (!cohsm__mask_any(wanted)) break;
             wanted = cohsm__mask_and(wanted, cohsm__ints_greater(w.w0, loses0));
             wanted = cohsm__mask_and(wanted, cohsm__ints_greater(w.w1, loses1));
-            bits = cohsm__mask_bits(cohsm__mask_and(wanted, cohsm__ints_greater(w.w2, loses2)));
-            if (bits) cohsm__draw_samples(t, p, &w, scale, x, y, bits);
+            wanted = cohsm__mask_and(wanted, cohsm__ints_greater(w.w2, loses2));
+            if (COHSM__WIDTH == 1 && !cohsm__mask_any(wanted)) continue;
+            cohsm__note_samples(t, p, &w, scale, x, y, wanted, hits);
         }
     }
 }
@@ -176,7 +176,7 @@ static inline COHSM__IN_KERNEL void cohsm__draw_alone(const cohsm__target *t, co
 
 /* Draws the triangles of the queue from number at on, as many as there are lanes or are left. */
 static inline COHSM__IN_KERNEL void cohsm__draw_some(const cohsm__target *t, const cohsm__camera *cam,
-                                                     const cohsm__queue *q, uint32_t at)
+                                                     const cohsm__queue *q, uint32_t at, cohsm__hits *hits)
 {
     const cohsm__lane_ints few = cohsm__ints_all(5), left = cohsm__ints_all((int32_t)(q->count - at));
     cohsm__lane_mask some, slight;
@@ -199,7 +199,7 @@ static inline COHSM__IN_KERNEL void cohsm__draw_some(const cohsm__target *t, con
     slight = cohsm__mask_and(slight, cohsm__ints_greater(few, cohsm__ints_sub(span.hy, span.ly)));
     large = cohsm__mask_bits(some) & ~cohsm__mask_bits(slight);
     for (; large; large &= large - 1u) cohsm__draw_alone(t, cam, q, at + cohsm__first_bit(large));
-    if (cohsm__mask_any(slight)) cohsm__draw_boxes(t, &p, &span, slight);
+    if (cohsm__mask_any(slight)) cohsm__draw_boxes(t, &p, &span, slight, hits);
 }
 
 /* Draws triangles of the queue, as long as there is one for each lane, and moves those that are left to the
@@ -209,10 +209,14 @@ COHSM__KERNEL static void cohsm__draw_queue(const cohsm__target *t, const cohsm_
                                             int all)
 {
     const uint32_t most = all ? COHSM__LANE_COUNT - 1u : 0u;
+    cohsm__hits hits;
     uint32_t at;
     int k;
+
+    hits.count = 0;
     for (at = 0; at + COHSM__LANE_COUNT <= q->count + most; at += COHSM__LANE_COUNT)
-        cohsm__draw_some(t, cam, q, at);
+        cohsm__draw_some(t, cam, q, at, &hits);
+    cohsm__enter_hits(t, &hits);
     if (at >= q->count) {
         q->count = 0;
         return;
@@ -238,10 +242,9 @@ static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__fixed(cohsm__lanes3 corne
     return cohsm__lanes_truncate(cohsm__lanes_add(cohsm__lanes3_dot(corner, axis), offset));
 }
 
-static inline COHSM__IN_KERNEL cohsm__lanes cohsm__depths(cohsm__lanes3 corner, cohsm__lanes3 back)
+static inline COHSM__IN_KERNEL cohsm__lanes cohsm__depths(cohsm__lanes3 corner, cohsm__lanes3 half_back)
 {
-    const cohsm__lanes half = cohsm__lanes_all(0.5f);
-    return cohsm__lanes_sub(half, cohsm__lanes_mul(half, cohsm__lanes3_dot(corner, back)));
+    return cohsm__lanes_sub(cohsm__lanes_all(0.5f), cohsm__lanes3_dot(corner, half_back));
 }
 
 /* Appends the triangles of a mask to those of the queue. */
@@ -262,7 +265,10 @@ static inline COHSM__IN_KERNEL void cohsm__queue_add(cohsm__queue *q, const cohs
 }
 
 /* The axes of an orthographic view, for positions on its image in 1/256 pixel from its lower left corner. */
-typedef struct cohsm__image_axes { cohsm__lanes3 right, up, back; cohsm__lanes offset; } cohsm__image_axes;
+typedef struct cohsm__image_axes {
+    cohsm__lanes3 right, up, half_back;
+    cohsm__lanes offset;
+} cohsm__image_axes;
 
 static inline COHSM__IN_KERNEL cohsm__image_axes cohsm__image_axes_of(const cohsm__target *t,
                                                                       const cohsm__axes *axes)
@@ -272,38 +278,44 @@ static inline COHSM__IN_KERNEL cohsm__image_axes cohsm__image_axes_of(const cohs
     cohsm__image_axes a;
     a.right = cohsm__lanes3_all(r.x, r.y, r.z);
     a.up = cohsm__lanes3_all(u.x, u.y, u.z);
-    a.back = cohsm__lanes3_all(axes->back.x, axes->back.y, axes->back.z);
+    a.half_back = cohsm__lanes3_all(0.5f * axes->back.x, 0.5f * axes->back.y, 0.5f * axes->back.z);
     a.offset = cohsm__lanes_all(scale + 0.5f);
     return a;
 }
 
-/* Puts those triangles of a mask into the queue that hold a sample, by their corners and by their x in p. */
+/* Puts those triangles of a mask into the queue that hold a sample row, by their corners and by their x in p,
+   which hold a sample column. */
 static inline COHSM__IN_KERNEL void cohsm__queue_triangles(const cohsm__target *t,
                                                            const cohsm__image_axes *axes,
                                                            const cohsm__lanes3 *corner, cohsm__triangles *p,
                                                            cohsm__lane_mask use, cohsm__queue *q)
 {
     const cohsm__lane_ints one = cohsm__ints_all(1);
-    cohsm__spans span;
+    cohsm__lane_ints low, high;
     p->y0 = cohsm__fixed(corner[0], axes->up, axes->offset);
     p->y1 = cohsm__fixed(corner[1], axes->up, axes->offset);
     p->y2 = cohsm__fixed(corner[2], axes->up, axes->offset);
-    p->z0 = cohsm__depths(corner[0], axes->back);
-    p->z1 = cohsm__depths(corner[1], axes->back);
-    p->z2 = cohsm__depths(corner[2], axes->back);
-    span = cohsm__spans_of(t, p);
-    use = cohsm__mask_and(use, cohsm__ints_greater(cohsm__ints_add(span.hx, one), span.lx));
-    use = cohsm__mask_and(use, cohsm__ints_greater(cohsm__ints_add(span.hy, one), span.ly));
+    p->z0 = cohsm__depths(corner[0], axes->half_back);
+    p->z1 = cohsm__depths(corner[1], axes->half_back);
+    p->z2 = cohsm__depths(corner[2], axes->half_back);
+    cohsm__span(p->y0, p->y1, p->y2, t->row_begin, t->row_end, &low, &high);
+    use = cohsm__mask_and(use, cohsm__ints_greater(cohsm__ints_add(high, one), low));
     if (COHSM__WIDTH == 1 && !cohsm__mask_any(use)) return;
     cohsm__queue_add(q, p, use);
 }
 
-static inline COHSM__IN_KERNEL void cohsm__find_x(const cohsm__image_axes *axes, const cohsm__lanes3 *corner,
-                                                  cohsm__triangles *p)
+/* Finds x of the corners. Returns which triangles hold a sample column. */
+static inline COHSM__IN_KERNEL cohsm__lane_mask cohsm__find_x(const cohsm__target *t,
+                                                              const cohsm__image_axes *axes,
+                                                              const cohsm__lanes3 *corner,
+                                                              cohsm__triangles *p)
 {
+    cohsm__lane_ints low, high;
     p->x0 = cohsm__fixed(corner[0], axes->right, axes->offset);
     p->x1 = cohsm__fixed(corner[1], axes->right, axes->offset);
     p->x2 = cohsm__fixed(corner[2], axes->right, axes->offset);
+    cohsm__span(p->x0, p->x1, p->x2, 0, t->size, &low, &high);
+    return cohsm__ints_greater(cohsm__ints_add(high, cohsm__ints_all(1)), low);
 }
 
 /* Puts the triangles of the clusters in sight of an orthographic view into the queue. */
@@ -312,18 +324,18 @@ COHSM__KERNEL static void cohsm__enqueue(const cohsm__target *t, const cohsm__ca
 {
     enum { PARTS = COHSM__CLUSTER / COHSM__LANE_COUNT };
     const cohsm__image_axes axes = cohsm__image_axes_of(t, &cam->axes);
-    const cohsm__lane_mask all = cohsm__ints_greater(cohsm__ints_all(1), cohsm__ints_all(0));
     uint32_t i;
 
     for (i = 0; i < PARTS * sight->count; i++) {
         const float *v = cohsm__cluster(soup, sight->cluster[i / PARTS]) + COHSM__LANE_COUNT * (i % PARTS);
         cohsm__lanes3 corner[3];
         cohsm__triangles p;
+        cohsm__lane_mask use;
         corner[0] = cohsm__corner_load(v);
         corner[1] = cohsm__corner_load(v + 3 * COHSM__CLUSTER);
         corner[2] = cohsm__corner_load(v + 6 * COHSM__CLUSTER);
-        cohsm__find_x(&axes, corner, &p);
-        cohsm__queue_triangles(t, &axes, corner, &p, all, q);
+        use = cohsm__find_x(t, &axes, corner, &p);
+        cohsm__queue_triangles(t, &axes, corner, &p, use, q);
         if (q->count > COHSM__MANY) cohsm__draw_queue(t, cam, q, 0);
     }
 }
@@ -345,6 +357,17 @@ static inline COHSM__IN_KERNEL void cohsm__slab_add(cohsm__slab *slab, const coh
     slab->count = at + cohsm__mask_count(m);
 }
 
+/* Asks for the triangles that come COHSM__CLUSTERS_AHEAD clusters after part i, as many as there are lanes:
+   what all views of a column read once does not stay in a cache. */
+static inline COHSM__IN_KERNEL void cohsm__prefetch_part(const cohsm__soup *soup, uint32_t i)
+{
+    enum { PARTS = COHSM__CLUSTER / COHSM__LANE_COUNT, FLOATS = 9 * COHSM__LANE_COUNT };
+    const float *v = cohsm__cluster(
+        soup, cohsm__min_u32(i / PARTS + (uint32_t)COHSM__CLUSTERS_AHEAD, soup->clusters - 1u));
+    int k;
+    for (k = 0; k < FLOATS; k += 16) COHSM__PREFETCH(v + FLOATS * (i % PARTS) + k);
+}
+
 /* Finds the triangles of the clusters begin .. end - 1, no more than a slab, that hold a sample column of all
    views with the right axis of this one. */
 COHSM__KERNEL static void cohsm__find_slab(const cohsm__target *t, const cohsm__camera *cam,
@@ -360,13 +383,13 @@ COHSM__KERNEL static void cohsm__find_slab(const cohsm__target *t, const cohsm__
         const float *v = cohsm__cluster(soup, i / PARTS) + COHSM__LANE_COUNT * (i % PARTS);
         cohsm__lanes3 corner[3];
         cohsm__triangles p;
-        cohsm__lane_ints low, high, one = cohsm__ints_all(1);
+        cohsm__lane_mask use;
+        cohsm__prefetch_part(soup, i);
         corner[0] = cohsm__corner_load(v);
         corner[1] = cohsm__corner_load(v + 3 * COHSM__CLUSTER);
         corner[2] = cohsm__corner_load(v + 6 * COHSM__CLUSTER);
-        cohsm__find_x(&axes, corner, &p);
-        cohsm__span(p.x0, p.x1, p.x2, 0, t->size, &low, &high);
-        cohsm__slab_add(slab, &p, corner, cohsm__ints_greater(cohsm__ints_add(high, one), low));
+        use = cohsm__find_x(t, &axes, corner, &p);
+        cohsm__slab_add(slab, &p, corner, use);
     }
 }
 

@@ -223,11 +223,27 @@ typedef struct cohsm__queue {
     uint32_t count;
 } cohsm__queue;
 
+/* Depths wait to be entered until there are many, too: how many of the lanes that are drawn together hit is
+   anybody's guess, and a loop over each few hits ends where no predictor expects it. */
+typedef struct cohsm__hits {
+    int32_t  pixel[COHSM__MANY + 32], depth[COHSM__MANY + 32];      /* kernels write 16 entries at a time */
+    uint32_t count;
+} cohsm__hits;
+
+static void cohsm__enter_hits(const cohsm__target *t, cohsm__hits *hits)
+{
+    uint32_t i;
+    for (i = 0; i < hits->count; i++)
+        cohsm__insert_depth(t->z + (size_t)t->keep * (uint32_t)hits->pixel[i], t->keep,
+                            (uint16_t)hits->depth[i]);
+    hits->count = 0;
+}
+
 /* Directions of one column of the sphere have one axis to the right: of a mesh whose triangles are smaller
    than a pixel, most have no sample column between their corners and are left out of all these views at
    once. Up to COHSM__ABREAST views are drawn together, a slab of the mesh after the other: of its
    triangles, those that hold a sample column, with x on the images and all three corners. */
-enum { COHSM__ABREAST = 8, COHSM__SLAB = 16 * COHSM__CLUSTER };
+enum { COHSM__ABREAST = 8, COHSM__SLAB = 16 * COHSM__CLUSTER, COHSM__CLUSTERS_AHEAD = 12 };
 typedef struct cohsm__slab {
     int32_t  x[3][COHSM__SLAB + 16];   /* kernels write 16 entries at a time */
     float    corner[9][COHSM__SLAB + 16];
