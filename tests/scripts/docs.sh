@@ -68,6 +68,11 @@ done
 
 sh tests/scripts/links.sh *.md docs/*.md docs/measured/*.md examples/*.md src/*.md tests/*.md || failed=1
 
+# docs/gpu-layouts.md: every uniform block that a header of gl_backend/ declares.
+for name in $(grep -hoE 'X\(glbk_[a-z_]+, [0-9]+, GLBK_[A-Z_]+MEMBERS' src/gl*/bindings.h | sed 's/X(//; s/,.*//' | sort -u); do
+    grep -q "$name" docs/gpu-layouts.md || { echo "check-docs: docs/gpu-layouts.md has no block $name"; failed=1; }
+done
+
 # docs/adapter.md: the rows linked with a renderer of one's own, for which rays stand.
 # shellcheck disable=SC2086
 $CC $flags -DADAPTER_ALONE -Itests/kit -Itests/kit/shim tests/adapter/rows.c tests/adapter/rays_rows_test.c -lm -o "$dir/rows" ||
