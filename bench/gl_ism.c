@@ -1,5 +1,6 @@
 /* gl_ism.c - ism on OpenGL: how long each stage of a frame takes, on the core path and, where the context has 4.3, on
-   the compute path beside it, and how far the light is from ism.h's own. VPLs and points are chosen on the CPU. Stages
+   the compute path beside it, and how far the light is from ism.h's own. VPLs and points are chosen on the CPU; beside
+   that, what the GPU takes to choose as many VPLs from the first source and to scatter an eighth of the points. Stages
    with uploads and reading back by wall time round glFinish; passes alone by the GPU's own, on software drivers round
    glFinish. */
 #define _POSIX_C_SOURCE 200809L
@@ -13,7 +14,8 @@
 
 enum { FRAMES = 3, PATHS = 2, ROUNDS = 5 };
 
-typedef struct times { double draw, shade, maps, light, off; } times;    /* ms; off: relative RMSE against the CPU */
+/* ms; choose and scatter are the GPU's; off: relative RMSE against the CPU */
+typedef struct times { double draw, shade, maps, light, choose, scatter, off; } times;
 
 typedef struct setup {
     const bn_options *options;
@@ -132,6 +134,73 @@ static int run_passes(setup *u)
     return result == GLBK_OK ? 0 : bn_gl_failed(result);
 }
 
+/* A source's texels, for the GPU to choose from. */
+static glbk_result upload_source(glbk_context *gl, const ism_source *s, glbk_texture *out)
+{
+    const size_t count = (size_t)s->width * s->height;
+    const float *from[3] = { s->positions, s->normals, s->fluxes };
+    const size_t strides[3] = { s->position_stride, s->normal_stride, s->flux_stride };
+    float *texels = calloc(12 * count, sizeof *texels);
+    glbk_texture_desc d;
+    glbk_result result;
+    memset(&d, 0, sizeof d);
+    d.format = GLBK_FORMAT_RGBA32UI;
+    d.width = s->width;
+    d.height = s->height;
+    d.layers = 3;
+    d.data = texels;
+    if (!texels)
+        return GLBK_ERR_ALLOC;
+    for (size_t k = 0; k < 3; k++)
+        for (size_t i = 0; i < count; i++)
+            memcpy(texels + 4 * (k * count + i), (const char *)from[k] + (strides[k] ? strides[k] : 12) * i, 12);
+    result = glbk_texture_create(gl, &d, out);
+    free(texels);
+    return result;
+}
+
+/* VPLs and an eighth of the points by the GPU: the best of five and more. Maps have other VPLs afterwards. */
+static int run_choice(setup *u, int path)
+{
+    const ism_source *s = &u->scene->rsms.sources[0];
+    const glbk_ism_choice_desc of = { s->width, s->height, 1, s->scattered };
+    glbk_context *gl = context_of(u, path);
+    glbk_ism_maps *maps = im_gl_maps(u->engines[path], 0);
+    const glbk_gbuffer *seen = im_gl_gbuffer(u->engines[path]);
+    times *t = &u->t[path];
+    glbk_ism_choice choice;
+    glbk_ism_spread spread;
+    glbk_texture texels;
+    glbk_result result = GLBK_OK;
+    double since;
+    memset(&choice, 0, sizeof choice);
+    memset(&spread, 0, sizeof spread);
+    memset(&texels, 0, sizeof texels);
+    result = upload_source(gl, s, &texels);
+    if (result == GLBK_OK)
+        result = glbk_ism_choice_create(gl, maps, &of, &choice);
+    if (result == GLBK_OK)
+        result = glbk_ism_spread_create(gl, maps, &spread);
+    for (int k = 0; result == GLBK_OK && bn_gl_goes_on(&u->gl->gl, k, ROUNDS, &since); k++) {
+        double ms[2];
+        ex_gl_timer_start(&u->gl->timer);
+        result = glbk_ism_choose(gl, &choice, maps, &texels, seen, (uint32_t)k);
+        ms[0] = 1000 * ex_gl_timer_stop(&u->gl->timer);
+        ex_gl_timer_start(&u->gl->timer);
+        if (result == GLBK_OK)
+            result = glbk_ism_scatter(gl, &spread, maps, seen, (uint32_t)k);
+        ms[1] = 1000 * ex_gl_timer_stop(&u->gl->timer);
+        if (!k || ms[0] < t->choose)
+            t->choose = ms[0];
+        if (!k || ms[1] < t->scatter)
+            t->scatter = ms[1];
+    }
+    glbk_ism_choice_free(gl, &choice);
+    glbk_ism_spread_free(gl, &spread);
+    glbk_texture_free(gl, &texels);
+    return result == GLBK_OK ? 0 : bn_gl_failed(result);
+}
+
 /* Relative RMSE of the GL's light against ism.h's maps and shading of the same VPLs and points. */
 static int compare_with_cpu(setup *u, const ism_frame *frame)
 {
@@ -174,6 +243,8 @@ static void write_row(setup *u, int path)
     bn_number("frame_ms", u->choose + u->scatter + t->draw + t->shade);
     bn_number("maps_ms", t->maps);
     bn_number("light_ms", t->light);
+    bn_number("gpu_choose_ms", t->choose);
+    bn_number("gpu_scatter_ms", t->scatter);
     bn_number("rmse_vs_cpu", t->off);
     bn_end(u->options);
 }
@@ -195,6 +266,8 @@ static int measure(const bn_options *options, const bn_scene *s, bn_gl *gl, uint
         result = run_passes(&u);
     if (result == 0)
         result = compare_with_cpu(&u, &frame);
+    for (int i = 0; i < u.paths && result == 0; i++)
+        result = run_choice(&u, i);
     for (int i = 0; i < u.paths && result == 0; i++)
         write_row(&u, i);
     close_setup(&u);
