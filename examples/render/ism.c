@@ -382,7 +382,7 @@ static const rd_key keys[] = {
     { "window_rim", RD_INTEGER, NULL, -1, 128, "0",
       "texels a side of a map for what the picture does not show; 0: an eighth of tile_side, -1: no windows" },
     { "rsm_side", RD_INTEGER, NULL, 8, 2048, "512",
-      "texels a side of the reflective shadow maps; half for faces of cubes; light_points share them" },
+      "texels a side of the reflective shadow maps; half for faces of cubes; light_point_count share them" },
     { "shadow_map_side", RD_INTEGER, NULL, 16, 4096, "1024", "texels a side of the shadow maps of direct light" },
     { "light_point_count", RD_INTEGER, NULL, 1, 1024, "64",
       "RSMs for each area light, the emissive meshes and the sky" },
