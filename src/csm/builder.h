@@ -19,7 +19,7 @@ typedef struct cohsm__range {           /* neighbouring pixels, compressed by on
     uint32_t     begin, end;            /* pixels of the shard */
     cohsm__page *first, *last;          /* the records of the chunk so far */
     cohsm__page *spare;                 /* an empty page, taken from the allocator between tasks */
-    uint32_t     next_view;             /* of the batch */
+    uint32_t     next_view, next_pixel; /* of the batch, and of that view */
     int          starved;               /* stopped for want of a page */
     uint64_t     segments, exact, empty, open;
 } cohsm__range;
@@ -98,13 +98,13 @@ static void cohsm__close_open_segment(cohsm_builder *b, cohsm__range *r, uint32_
     cohsm__close_segment(b, r, pixel, 0, cohsm__span_lo(b->span[pixel]), cohsm__span_hi(b->span[pixel]));
 }
 
-/* Makes sure that the last page of a range has room for the records of one view, which may close two segments
-   a pixel: the one that was open before, and one of an exact depth. Returns 0 if a new page is needed and
-   there is no spare one. */
-static int cohsm__page_ready(const cohsm_builder *b, cohsm__range *r)
+/* Makes sure that the last page of a range has room for the records of so many pixels of one view, which may
+   close two segments a pixel: the one that was open before, and one of an exact depth. Returns 0 if a new
+   page is needed and there is no spare one. */
+static int cohsm__page_ready(const cohsm_builder *b, cohsm__range *r, uint32_t pixels)
 {
     cohsm__page *p = r->last;
-    if (p && p->count + 2 * (r->end - r->begin) <= b->page_records) return 1;
+    if (p && p->count + 2 * pixels <= b->page_records) return 1;
     if (!r->spare) return 0;
     p = r->spare;
     r->spare = NULL;
@@ -187,80 +187,152 @@ static uint32_t cohsm__constant_entry(const cohsm__segment *s, const cohsm__grid
     return COHSM__CONSTANT | value * 65535u / grid->top;
 }
 
-/* Writes the lists of one range: sorts the records of the range by pixel (views are in order already), then
-   writes one list after the other. */
-static cohsm_result cohsm__write_range(cohsm_builder *b, cohsm__range *r, uint32_t *lookup, uint32_t views)
-{
-    uint32_t pixels = r->end - r->begin, p, i;
-    size_t total = 0, bound = 0, used = 0, n;
-    size_t *at = (size_t *)cohsm__heap_alloc(&b->heap, (size_t)pixels + 1, sizeof *at);
-    cohsm__segment *segments = NULL;
-    cohsm__words *words = NULL, *exact;
-    cohsm__page *page;
+/* Lists on their way from the records of a range to words. As many ranges as COHSM__WRITERS are written side
+   by side: all of them at once would take half as much memory again as their records. */
+enum { COHSM__WRITERS = 2 };
+typedef struct cohsm__writer {
+    const cohsm__range *r;
+    uint32_t           *lookup;         /* of the pixels of the range */
+    size_t             *at;             /* for each pixel and one more: its first segment */
+    cohsm__segment     *segments;       /* by pixel; views are in order already */
+    cohsm__words       *words;          /* room for `bound` of them */
+    size_t              total, bound;
+} cohsm__writer;
+typedef struct cohsm__writing {
+    const cohsm_builder *builder;
+    uint32_t             views;
+    cohsm__writer        writer[COHSM__WRITERS];
+} cohsm__writing;
 
-    if (!at) return COHSM_ERR_ALLOC;
-    memset(at, 0, ((size_t)pixels + 1) * sizeof *at);
-    for (page = r->first; page; page = page->next)
-        for (i = 0; i < page->count; i++) at[page->records[i].pixel & ~COHSM__EXACT]++;
-    for (p = 0; p < pixels; p++) {                  /* from counts to ends, walked down to beginnings below */
-        bound += at[p] > 1 ? cohsm__list_bound(at[p]) : 0;
-        total += at[p];
-        at[p] = total - at[p];
+/* Counts the segments of each pixel, and finds where they shall begin. */
+static void cohsm__count_task(void *context, size_t index)
+{
+    cohsm__writer *w = &((cohsm__writing *)context)->writer[index];
+    const uint32_t pixels = w->r->end - w->r->begin;
+    const cohsm__page *page;
+    uint32_t p, i;
+
+    memset(w->at, 0, ((size_t)pixels + 1) * sizeof *w->at);
+    for (page = w->r->first; page; page = page->next)
+        for (i = 0; i < page->count; i++) w->at[page->records[i].pixel & ~COHSM__EXACT]++;
+    for (p = 0; p < pixels; p++) {
+        w->bound += w->at[p] > 1 ? cohsm__list_bound(w->at[p]) : 0;
+        w->total += w->at[p];
+        w->at[p] = w->total - w->at[p];
     }
-    at[pixels] = total;
-    segments = (cohsm__segment *)cohsm__heap_alloc(&b->heap, total, sizeof *segments);
-    words = (cohsm__words *)cohsm__heap_alloc(&b->heap, 1, sizeof *words + 4 * bound);
-    if (segments && words) {
-        for (page = r->first; page; page = page->next)
-            for (i = 0; i < page->count; i++)
-                segments[at[page->records[i].pixel & ~COHSM__EXACT]++] = cohsm__segment_of(&page->records[i]);
-        memset(words->data, 0, 4 * bound);
-        for (p = 0, n = 0; p < pixels; n = at[p++]) {   /* at[p] is the end of list p by now */
-            if (at[p] - n == 1) {
-                lookup[p] = cohsm__constant_entry(segments + n, &b->grid);
-                continue;
-            }
-            lookup[p] = (uint32_t)used;
-            used += cohsm__write_list(words->data + used, segments + n, at[p] - n, &b->grid, views);
+    w->at[pixels] = w->total;
+}
+
+/* Sorts the records of a range by pixel, and writes one list after the other. */
+static void cohsm__write_task(void *context, size_t index)
+{
+    const cohsm__writing *writing = (const cohsm__writing *)context;
+    const cohsm__grid *grid = &writing->builder->grid;
+    cohsm__writer *w = &((cohsm__writing *)context)->writer[index];
+    const uint32_t pixels = w->r->end - w->r->begin;
+    const cohsm__page *page;
+    size_t used = 0, n = 0;
+    uint32_t p, i;
+
+    for (page = w->r->first; page; page = page->next)
+        for (i = 0; i < page->count; i++)
+            w->segments[w->at[page->records[i].pixel & ~COHSM__EXACT]++] =
+                cohsm__segment_of(&page->records[i]);
+    memset(w->words->data, 0, 4 * w->bound);
+    for (p = 0; p < pixels; n = w->at[p++]) {           /* at[p] is the end of list p by now */
+        if (w->at[p] - n == 1) {
+            w->lookup[p] = cohsm__constant_entry(w->segments + n, grid);
+            continue;
         }
-        exact = (cohsm__words *)cohsm__heap_alloc(&b->heap, 1, sizeof *exact + 4 * used);
-        if (exact) {
-            exact->next = NULL;
-            exact->count = used;
-            memcpy(exact->data, words->data, 4 * used);
-            if (b->lists_last) b->lists_last->next = exact;
-            else b->lists = exact;
-            b->lists_last = exact;
-            b->list_words += used;
-        }
-    } else exact = NULL;
-    cohsm__heap_free(&b->heap, words, 1, sizeof *words + 4 * bound);
-    cohsm__heap_free(&b->heap, segments, total, sizeof *segments);
-    cohsm__heap_free(&b->heap, at, (size_t)pixels + 1, sizeof *at);
-    return exact ? COHSM_OK : COHSM_ERR_ALLOC;
+        w->lookup[p] = (uint32_t)used;
+        used += cohsm__write_list(w->words->data + used, w->segments + n, w->at[p] - n, grid, writing->views);
+    }
+    w->words->count = used;
+}
+
+/* Appends the lists of a range to those of the builder, without what their bound had too much. */
+static cohsm_result cohsm__keep_lists(cohsm_builder *b, const cohsm__words *words)
+{
+    const size_t used = words->count;
+    cohsm__words *exact = (cohsm__words *)cohsm__heap_alloc(&b->heap, 1, sizeof *exact + 4 * used);
+    if (!exact) return COHSM_ERR_ALLOC;
+    exact->next = NULL;
+    exact->count = used;
+    memcpy(exact->data, words->data, 4 * used);
+    if (b->lists_last) b->lists_last->next = exact;
+    else b->lists = exact;
+    b->lists_last = exact;
+    b->list_words += used;
+    return COHSM_OK;
+}
+
+/* Writes the lists of `count` ranges. The caller's allocator is asked between tasks, as in
+   cohsm__take_spares. */
+static cohsm_result cohsm__write_ranges(cohsm_builder *b, cohsm__writing *writing, uint32_t count)
+{
+    cohsm_result result = COHSM_OK;
+    uint32_t i;
+
+    for (i = 0; i < count && result == COHSM_OK; i++) {
+        cohsm__writer *w = &writing->writer[i];
+        w->at = (size_t *)cohsm__heap_alloc(&b->heap, (size_t)(w->r->end - w->r->begin) + 1, sizeof *w->at);
+        if (!w->at) result = COHSM_ERR_ALLOC;
+    }
+    if (result == COHSM_OK) cohsm__run_tasks(&b->desc.system, count, cohsm__count_task, writing);
+    for (i = 0; i < count && result == COHSM_OK; i++) {
+        cohsm__writer *w = &writing->writer[i];
+        w->segments = (cohsm__segment *)cohsm__heap_alloc(&b->heap, w->total, sizeof *w->segments);
+        w->words = (cohsm__words *)cohsm__heap_alloc(&b->heap, 1, sizeof *w->words + 4 * w->bound);
+        if (!w->segments || !w->words) result = COHSM_ERR_ALLOC;
+    }
+    if (result == COHSM_OK) cohsm__run_tasks(&b->desc.system, count, cohsm__write_task, writing);
+    for (i = 0; i < count; i++) {
+        cohsm__writer *w = &writing->writer[i];
+        if (result == COHSM_OK) result = cohsm__keep_lists(b, w->words);
+        cohsm__heap_free(&b->heap, w->words, 1, sizeof *w->words + 4 * w->bound);
+        cohsm__heap_free(&b->heap, w->segments, w->total, sizeof *w->segments);
+        cohsm__heap_free(&b->heap, w->at, (size_t)(w->r->end - w->r->begin) + 1, sizeof *w->at);
+    }
+    return result;
+}
+
+/* Closes the open segments of a range of pixels. */
+static void cohsm__close_range(cohsm_builder *b, cohsm__range *r, uint32_t views)
+{
+    uint32_t p;
+    cohsm__page_ready(b, r, r->end - r->begin);
+    for (p = r->begin; p < r->end; p++) {
+        if (b->first[p] != views) cohsm__close_open_segment(b, r, p);
+        b->first[p] = 0;
+        b->span[p] = cohsm__span_pack(0, b->grid.top);
+    }
 }
 
 /* Ends a chunk of views: closes every segment and turns the records into lists. */
 static cohsm_result cohsm__close_chunk(cohsm_builder *b)
 {
-    uint32_t chunk = (b->next_view - 1u) >> COHSM__CHUNK_BITS,
-             views = ((b->next_view - 1u) & (COHSM__CHUNK - 1u)) + 1u;
-    uint32_t *lookup = b->lookup + (size_t)chunk * b->range_pixels, p;
+    const uint32_t chunk = (b->next_view - 1u) >> COHSM__CHUNK_BITS;
+    const uint32_t views = ((b->next_view - 1u) & (COHSM__CHUNK - 1u)) + 1u;
+    uint32_t *lookup = b->lookup + (size_t)chunk * b->range_pixels, i, k, count;
     cohsm_result result = cohsm__take_spares(b);
-    int i;
+    cohsm__writing writing;
 
-    for (i = 0; i < COHSM__RANGES && result == COHSM_OK; i++) {
-        cohsm__range *r = &b->ranges[i];
-        if (r->begin == r->end) continue;
-        cohsm__page_ready(b, r);
-        for (p = r->begin; p < r->end; p++) {
-            if (b->first[p] != views) cohsm__close_open_segment(b, r, p);
-            b->first[p] = 0;
-            b->span[p] = cohsm__span_pack(0, b->grid.top);
+    for (i = 0; i < COHSM__RANGES && result == COHSM_OK; i += COHSM__WRITERS) {
+        memset(&writing, 0, sizeof writing);
+        writing.builder = b;
+        writing.views = views;
+        for (k = i, count = 0; k < i + COHSM__WRITERS; k++) {
+            cohsm__range *r = &b->ranges[k];
+            if (r->begin == r->end) continue;           /* fewer pixels than ranges */
+            cohsm__close_range(b, r, views);
+            writing.writer[count].r = r;
+            writing.writer[count++].lookup = lookup + r->begin;
         }
-        if (!b->counting) result = cohsm__write_range(b, r, lookup + r->begin, views);
-        cohsm__free_pages(b, r->first);
-        r->first = r->last = NULL;
+        if (!b->counting) result = cohsm__write_ranges(b, &writing, count);
+        for (k = i; k < i + COHSM__WRITERS; k++) {
+            cohsm__free_pages(b, b->ranges[k].first);
+            b->ranges[k].first = b->ranges[k].last = NULL;
+        }
     }
     return result;
 }

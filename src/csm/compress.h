@@ -49,28 +49,31 @@ static cohsm__narrowing cohsm__narrowing_of(const cohsm_builder *b)
 
 /* Adds a view to the segments of a range of pixels. Eight segments of nine or more go on, so kernels narrow
    these together, some hundred pixels at a time, and list the pixels that are left: those whose segment ends,
-   and the last few. Kernels take two layers, and read both as one word, the first layer in its low half. */
-static void cohsm__compress_view(cohsm_builder *b, cohsm__range *r, const cohsm__kernels *kernels,
-                                 const uint16_t *z, uint32_t view)
+   and the last few. Kernels take two layers, and read both as one word, the first layer in its low half.
+   Returns 0 if it stopped before r->next_pixel for want of a page. */
+static int cohsm__compress_view(cohsm_builder *b, cohsm__range *r, const cohsm__kernels *kernels,
+                                const uint16_t *z, uint32_t view)
 {
-    const int whole = b->keep == 2 && cohsm__host_is_little_endian();
+    const int together = b->keep == 2 && cohsm__host_is_little_endian();
     cohsm__narrowing n = cohsm__narrowing_of(b);
     int32_t left[COHSM__NARROWED + 16];
-    uint32_t p, i, count, end;
+    uint32_t i, count, pixels;
 
-    if (!whole) {
-        for (p = r->begin; p < r->end; p++)
-            cohsm__compress_pixel(b, r, p, z + (size_t)p * b->keep, view);
-        return;
-    }
-    for (p = r->begin; p < r->end; p = end) {
-        end = cohsm__min_u32(p + (uint32_t)COHSM__NARROWED, r->end);
-        count = kernels->narrow(&n, z + 2 * (size_t)p, b->span + p, end - p, left);
-        for (i = 0; i < count; i++)
-            cohsm__compress_pixel(b, r, p + (uint32_t)left[i], z + 2 * (size_t)(p + (uint32_t)left[i]), view);
+    for (; r->next_pixel < r->end; r->next_pixel += pixels) {
+        const uint32_t p = r->next_pixel;
+        const uint16_t *from = z + (size_t)p * b->keep;
+        pixels = cohsm__min_u32((uint32_t)COHSM__NARROWED, r->end - p);
+        if (!cohsm__page_ready(b, r, pixels)) break;
+        if (together) {
+            count = kernels->narrow(&n, from, b->span + p, pixels, left);
+            for (i = 0; i < count; i++)
+                cohsm__compress_pixel(b, r, p + (uint32_t)left[i], from + 2 * left[i], view);
+        } else for (i = 0; i < pixels; i++)
+            cohsm__compress_pixel(b, r, p + i, from + (size_t)i * b->keep, view);
     }
     r->empty += n.empty;
     r->open += n.open;
+    return r->next_pixel == r->end;
 }
 
 static void cohsm__compress_task(void *context, size_t index)
@@ -78,16 +81,14 @@ static void cohsm__compress_task(void *context, size_t index)
     cohsm_builder *b = (cohsm_builder *)context;
     cohsm__range *r = &b->ranges[index];
     const uint32_t chunk_begin = b->batch_begin & ~(COHSM__CHUNK - 1u);
+    const uint16_t *z = b->batch + (size_t)b->desc.pixel_begin * b->keep;
     const cohsm__kernels kernels = cohsm__choose_kernels(b->simd);
 
     if (r->begin == r->end) return;                 /* fewer pixels than ranges */
-    for (; r->next_view < b->batch_count; r->next_view++) {
-        r->starved = !cohsm__page_ready(b, r);
+    for (; r->next_view < b->batch_count; r->next_view++, r->next_pixel = r->begin) {
+        r->starved = !cohsm__compress_view(b, r, &kernels, z + (size_t)r->next_view * b->batch_size,
+                                           b->batch_begin + r->next_view - chunk_begin);
         if (r->starved) return;
-        cohsm__compress_view(
-            b, r, &kernels,
-            b->batch + (size_t)r->next_view * b->batch_size + (size_t)b->desc.pixel_begin * b->keep,
-            b->batch_begin + r->next_view - chunk_begin);
     }
 }
 
@@ -95,7 +96,10 @@ static cohsm_result cohsm__compress_batch(cohsm_builder *b)
 {
     int i, starved;
 
-    for (i = 0; i < COHSM__RANGES; i++) b->ranges[i].next_view = 0;
+    for (i = 0; i < COHSM__RANGES; i++) {
+        b->ranges[i].next_view = 0;
+        b->ranges[i].next_pixel = b->ranges[i].begin;
+    }
     do {
         if (cohsm__take_spares(b) != COHSM_OK) return COHSM_ERR_ALLOC;
         cohsm__run_tasks(&b->desc.system, COHSM__RANGES, cohsm__compress_task, b);
