@@ -292,6 +292,35 @@ static float depth_of(const hand *h, size_t i)
     return h->depth[i] < ISM_FAR ? h->depth[i] : t->filled ? t->g[0] : ISM_FAR;
 }
 
+/* docs/ism.md: what is filled of a slit of so many texels between two walls of depth 1, at eight places of the tile. */
+static void slits_are_closed_up_to_eight_texels(void **state)
+{
+    static const struct { int width; double least, most; } slits[] = {
+        { 4, 1, 1 }, { 8, 1, 1 }, { 12, 0.7, 0.9 }, { 16, 0.3, 0.5 }, { 24, 0, 0 },
+    };
+    size_t k;
+    (void)state;
+    for (k = 0; k < sizeof slits / sizeof *slits; k++) {
+        double filled = 0, all = 0;
+        int at, i;
+        for (at = 24; at < 32; at++) {
+            hand *h = make_hand();
+            for (i = 0; i < 4096; i++) {
+                const float g[3] = { h->tile.x[i], h->tile.y[i], h->tile.z[i] };
+                if (i % 64 < at || i % 64 >= at + slits[k].width) set_texel(h, (size_t)i, g);
+            }
+            ism__fill(&h->tile, h->pyramid);
+            for (i = 64 * 16; i < 64 * 48; i++) {       /* not at its ends */
+                if (i % 64 < at || i % 64 >= at + slits[k].width) continue;
+                filled += h->texels[i].filled;
+                all++;
+            }
+            free_hand(h);
+        }
+        assert_true(filled >= slits[k].least * all && filled <= slits[k].most * all);
+    }
+}
+
 static void pull_and_push_fill_holes(void **state)
 {
     uint32_t seed = 3, trial;
@@ -442,7 +471,8 @@ int main(void)
         cmocka_unit_test(lazy_renewal_reaches_all_points),
         cmocka_unit_test(a_sealed_box_is_dark_where_texels_are_finer),
         cmocka_unit_test(splats_have_the_sphere_s_solid_angle),
-        cmocka_unit_test(pull_and_push_fill_holes), cmocka_unit_test(pull_and_push_fill_the_border_too),
+        cmocka_unit_test(slits_are_closed_up_to_eight_texels), cmocka_unit_test(pull_and_push_fill_holes),
+        cmocka_unit_test(pull_and_push_fill_the_border_too),
         cmocka_unit_test(silhouettes_do_not_grow),
         cmocka_unit_test(cells_share_the_hemisphere),
     };
