@@ -754,6 +754,12 @@ GLBK__DEF glbk_result glbk__refuse_value(const glbk_context *ctx, glbk_result re
                                          const char *field, double value, const char *wanted);
 GLBK__DEF glbk_result glbk__refuse_range(const glbk_context *ctx, glbk_result result, const char *function,
                                          const char *field, double value, double low, double high);
+/* Logs "FUNCTION: MESH: index 2 of triangle 17 is 90, but the mesh has 80 vertices" and returns the result;
+   position counts indices from 0. */
+GLBK__DEF glbk_result glbk__refuse_index(const glbk_context *ctx, glbk_result result, const char *function,
+                                         const char *mesh, size_t position, size_t index,
+                                         size_t vertex_count);
+
 /* glbk__target_create makes a target of a technique's own as glbk_target_create does. Nobody else may draw to
    such a target; glbk_check looks whether somebody does. glbk__attach attaches a texture to the framebuffer
    that is bound; if the texture is NULL it does nothing. */
@@ -951,6 +957,26 @@ static inline GLBK__COLD void glbk__log_value(const glbk__logger *logger, const 
     logger->log(logger->user, m.text);
 }
 
+/* Logs "FUNCTION: mesh: index 2 of triangle 17 is 90, but the mesh has 80 vertices". position counts the
+   indices from 0. */
+static inline GLBK__COLD void glbk__log_index(const glbk__logger *logger, const char *mesh,
+                                      uint64_t position, uint64_t index, uint64_t vertex_count)
+{
+    glbk__message m;
+    if (!logger->log) return;
+    glbk__message_begin(&m, logger, mesh);
+    glbk__message_text(&m, ": index ");
+    glbk__message_count(&m, position % 3);
+    glbk__message_text(&m, " of triangle ");
+    glbk__message_count(&m, position / 3);
+    glbk__message_text(&m, " is ");
+    glbk__message_count(&m, index);
+    glbk__message_text(&m, ", but the mesh has ");
+    glbk__message_count(&m, vertex_count);
+    glbk__message_text(&m, vertex_count == 1 ? " vertex" : " vertices");
+    logger->log(logger->user, m.text);
+}
+
 /* ==== src/gl/log.h ==== */
 
 /* ---- log: why a call fails ---- */
@@ -1032,6 +1058,13 @@ GLBK__DEF glbk_result glbk__refuse_range(const glbk_context *ctx, glbk_result re
     return glbk__refuse_value(ctx, result, function, field, value, m.text);
 }
 
+GLBK__DEF glbk_result glbk__refuse_index(const glbk_context *ctx, glbk_result result, const char *function,
+                                         const char *mesh, size_t position, size_t index, size_t vertex_count)
+{
+    const glbk__logger logger = glbk__logger_of(ctx, function);
+    glbk__log_index(&logger, mesh, position, index, vertex_count);
+    return result;
+}
 
 /* ==== src/gl/errors.h ==== */
 
@@ -1130,11 +1163,11 @@ enum {
     GLBK__GROUP_COMPUTE, GLBK__GROUP_CLIP, GLBK__GROUP_CLAMP
 };
 
-/* The names one after the other, each ended by 0, and their groups, in the order of glbk_functions, which
-   holds nothing but pointers to them: a table of pointers to names would be six times as large in a program
-   that can be moved. */
+/* The names without "gl", one after the other, each ended by 0, and their groups, in the order of
+   glbk_functions, which holds nothing but pointers to them: a table of pointers to names would be six times
+   as large in a program that can be moved. */
 static const char glbk__function_names[] =
-#define GLBK__ENTRY(group, type, name, parameters) "gl" #name "\0"
+#define GLBK__ENTRY(group, type, name, parameters) #name "\0"
     GLBK_FUNCTIONS(GLBK__ENTRY);
 #undef GLBK__ENTRY
 
@@ -1144,19 +1177,23 @@ static const uint8_t glbk__function_groups[] = {
 #undef GLBK__ENTRY
 };
 
-/* Loads one group. Returns the name of a function that is missing, or NULL. */
+/* Loads one group. Returns the name, without "gl", of a function that is missing, or NULL. */
 static const char *glbk__load(glbk_context *ctx, const glbk_desc *desc, int group)
 {
     const char *next = glbk__function_names;
     size_t i;
     for (i = 0; i < sizeof glbk__function_groups; i++) {
         const char *name = next;
+        char whole[64];
         glbk_proc_fn proc;
         next += strlen(next) + 1;
         if (glbk__function_groups[i] != group) continue;
-        if (strcmp(name, "glBarrier") == 0) name = "glMemoryBarrier";
-        if (group == GLBK__GROUP_CLIP && ctx->es) name = "glClipControlEXT";
-        proc = desc->get_proc_fn(name, desc->user);
+        if (strcmp(name, "Barrier") == 0) name = "MemoryBarrier";
+        if (group == GLBK__GROUP_CLIP && ctx->es) name = "ClipControlEXT";
+        whole[0] = 'g';
+        whole[1] = 'l';
+        memcpy(whole + 2, name, strlen(name) + 1);
+        proc = desc->get_proc_fn(whole, desc->user);
         if (!proc) return name;
         memcpy((char *)&ctx->gl + i * sizeof proc, &proc, sizeof proc);
     }
@@ -1252,7 +1289,7 @@ static glbk_result glbk__init(glbk_context *ctx, const glbk_desc *desc)
     glbk_result result;
 
     missing = glbk__load(ctx, desc, GLBK__GROUP_CORE);
-    if (missing) return glbk__fail(ctx, GLBK_ERR_FUNCTION, "glbk_init: missing: ", missing);
+    if (missing) return glbk__fail(ctx, GLBK_ERR_FUNCTION, "glbk_init: missing: gl", missing);
     version = (const char *)ctx->gl.GetString(GLBK__VERSION_TEXT);
     if (!version) return glbk__fail(ctx, GLBK_ERR_CONTEXT, "glbk_init: ", "no GL context is current");
     result = glbk__take_errors(ctx, GLBK_ERR_PENDING);
@@ -1262,7 +1299,7 @@ static glbk_result glbk__init(glbk_context *ctx, const glbk_desc *desc)
         return glbk__fail(ctx, GLBK_ERR_OLD_CONTEXT, "glbk_init: this is OpenGL ", version);
     missing = glbk__load(ctx, desc, ctx->es ? GLBK__GROUP_ES : GLBK__GROUP_DESK);
     if (!missing && !ctx->es) missing = glbk__load(ctx, desc, GLBK__GROUP_TARGETS);
-    if (missing) return glbk__fail(ctx, GLBK_ERR_FUNCTION, "glbk_init: missing: ", missing);
+    if (missing) return glbk__fail(ctx, GLBK_ERR_FUNCTION, "glbk_init: missing: gl", missing);
     ctx->renderer = (const char *)ctx->gl.GetString(GLBK__RENDERER);
     if (!ctx->renderer) ctx->renderer = "";
     glbk__read_features(ctx, desc);
@@ -1349,8 +1386,7 @@ enum {
 };
 
 typedef struct glbk__format_info {
-    int32_t  internal;
-    uint32_t format, type, bytes;           /* a texel */
+    uint16_t internal, format, type, bytes;         /* a texel */
 } glbk__format_info;
 
 /* In the order of glbk_format. */
@@ -2000,7 +2036,7 @@ enum {
 #undef GLBK__ENTRY
 };
 
-static const struct { uint32_t name; int group, value; } glbk__caps[] = {
+static const struct { uint16_t name; uint8_t group, value; } glbk__caps[] = {
 #define GLBK__ENTRY(name, gl, group, value) { gl, GLBK__CAP_##group, value },
     GLBK__CAPS(GLBK__ENTRY)
 #undef GLBK__ENTRY
@@ -2078,7 +2114,7 @@ enum {
     GLBK__W_POLYGON_2
 };
 
-static const uint32_t glbk__word_names[] = {
+static const uint16_t glbk__word_names[] = {
 #define GLBK__ENTRY(name, gl) gl,
     GLBK__WORDS(GLBK__ENTRY)
 #undef GLBK__ENTRY
@@ -2101,7 +2137,7 @@ static void glbk__save_indexed(glbk_context *ctx, glbk_state *s)
     }
 }
 
-static const uint32_t glbk__image_names[6] = { GLBK__IMAGE_BINDING_NAME,    GLBK__IMAGE_BINDING_LEVEL,
+static const uint16_t glbk__image_names[6] = { GLBK__IMAGE_BINDING_NAME,    GLBK__IMAGE_BINDING_LEVEL,
                                                GLBK__IMAGE_BINDING_LAYERED, GLBK__IMAGE_BINDING_LAYER,
                                                GLBK__IMAGE_BINDING_ACCESS,  GLBK__IMAGE_BINDING_FORMAT };
 

@@ -970,7 +970,7 @@ static inline glbk_csm__allocator glbk_csm__memory(const glbk_context *ctx)
 /* ==== GLSL of src/gl_csm ==== */
 
 
-static const struct { char s0[3989]; char s1[1640]; char end; } glbk__glsl_lib_cohsm_brdf_glsl = {
+static const struct { char s0[3987]; char s1[1640]; char end; } glbk__glsl_lib_cohsm_brdf_glsl = {
     "\n\n\n\n\n\n\n#ifndef COHSM_LOBES\n"
     "#error \"cohsm_brdf.glsl needs COHSM_LOBES, 1..8\"\n"
     "#endif\n"
@@ -1028,7 +1028,7 @@ static const struct { char s0[3989]; char s1[1640]; char end; } glbk__glsl_lib_c
     "a/=size;\n"
     "if(exponent>.0)scale*=cohsm_pow(size,exponent);\n"
     "float albedo=cohsm_mean(scale)*2.*COHSM_PI/(exponent+2.)*max(a.z,.1);\n"
-    "if(!(albedo>.0)|| !cohsm_finite3(scale))return .0;\n"
+    "if(!(albedo>.0)||!cohsm_finite3(scale))return .0;\n"
     "for(int i=0;i<COHSM_LOBES;i++)\n"
     "if(i==s.lobe_count){\n"
     "s.lobes[i]=vec4(a,exponent);\n"
@@ -1082,7 +1082,7 @@ static const struct { char s0[3989]; char s1[1640]; char end; } glbk__glsl_lib_c
     "s.scales[i]=vec4(.0);\n"
     "}\n"
     "float specular=cohsm_specular_init(s,m),diffuse=cohsm_mean(s.diffuse);\n"
-    "s.black= !(diffuse+specular>.0);\n"
+    "s.black=!(diffuse+specular>.0);\n"
     "s.diffuse_share=cohsm_if(s.black,1.,diffuse/(diffuse+specular));\n"
     "s.peak=s.diffuse_share*(1./COHSM_PI);\n"
     "for(int i=0;i<COHSM_LOBES;i++)\n"
@@ -1169,7 +1169,7 @@ static const struct { char s0[3989]; char s1[1640]; char end; } glbk__glsl_lib_c
     "}\n", 0
 };
 
-static const struct { char s0[2751]; char end; } glbk__glsl_lib_cohsm_estimate_glsl = {
+static const struct { char s0[2748]; char end; } glbk__glsl_lib_cohsm_estimate_glsl = {
     "\n\n\n\n\n\n\n\n#define COHSM_SAMPLING_BOTH 0\n"
     "#define COHSM_SAMPLING_LIGHT 1\n"
     "#define COHSM_SAMPLING_BRDF 2\n"
@@ -1212,12 +1212,12 @@ static const struct { char s0[2751]; char end; } glbk__glsl_lib_cohsm_estimate_g
     "e.frame=frame;\n"
     "e.surface=surface;\n"
     "e.light=light;\n"
-    "e.reachable=cohsm_aim_at(light,position,e.aim)&& !surface.black;\n"
+    "e.reachable=cohsm_aim_at(light,position,e.aim)&&!surface.black;\n"
     "bool unseen=cohsm_light_is_delta(light)||COHSM_SHAPE_OF(light)==COHSM_SHAPE_MESH;\n"
     "bool distant=COHSM_SHAPE_OF(light)==COHSM_SHAPE_ENVIRONMENT;\n"
     "e.split=distant&&sampling==COHSM_SAMPLING_PAPER;\n"
     "e.light_share=1.;\n"
-    "if(unseen||sampling==COHSM_SAMPLING_LIGHT|| !e.reachable)return e;\n"
+    "if(unseen||sampling==COHSM_SAMPLING_LIGHT||!e.reachable)return e;\n"
     "if(sampling==COHSM_SAMPLING_BRDF)e.light_share=.0;\n"
     "else if(sampling==COHSM_SAMPLING_PAPER)e.light_share=cohsm_if(distant,surface.diffuse_share,1.);\n"
     "else if(distant)e.light_share=.5;\n"
@@ -1249,14 +1249,14 @@ static const struct { char s0[2751]; char end; } glbk__glsl_lib_cohsm_estimate_g
     "vec3 f=cohsm_if(e.split,cohsm_if(by_light,r.diffuse,r.specular),r.diffuse+r.specular);\n"
     "float split_pdf=cohsm_if(by_light,c*found.pdf,(1.-c)*r.specular_pdf);\n"
     "float pdf=cohsm_if(e.split,split_pdf,c*found.pdf+(1.-c)*cohsm_brdf_pdf(e.surface,r));\n"
-    "if(!(wi.z>.0)|| !(pdf>.0))return vec3(.0);\n"
+    "if(!(wi.z>.0)||!(pdf>.0))return vec3(.0);\n"
     "f=f*found.radiance*(wi.z/pdf);\n"
     "return cohsm_if(cohsm_finite3(f),f,vec3(.0));\n"
     "}\n", 0
 };
 
-static const struct { char s0[3995]; char s1[3993]; char s2[3967];
-    char s3[1387]; char end; } glbk__glsl_lib_cohsm_light_glsl = {
+static const struct { char s0[3993]; char s1[3986]; char s2[3963];
+    char s3[1385]; char end; } glbk__glsl_lib_cohsm_light_glsl = {
     "\n\n\n\n\n\n\n\n#ifndef COHSM_LIGHT_TEXEL\n"
     "#error \"cohsm_light.glsl needs COHSM_LIGHT_TEXEL(i), the uvec4 at texel i of the lights\"\n"
     "#endif\n"
@@ -1383,8 +1383,8 @@ static const struct { char s0[3995]; char s1[3993]; char s2[3967];
     "}\n"
     "vec2 sums=uintBitsToFloat(COHSM_LIGHT_TEXEL(at+lo).xy);\n"
     "while(lo+1u<count&&sums.y<=u)sums=uintBitsToFloat(COHSM_LIGHT_TEXEL(at+ ++lo).xy);\n"
-    "while(lo>0u&&(sums.x>u|| !(sums.y>sums.x)))\n"
-    "sums=uintBitsToFloat(COHSM_LIGHT_TEXEL(at+ --lo).xy);\n"
+    "while(lo>0u&&(sums.x>u||!(sums.y>sums.x)))\n"
+    "sums=uintBitsToFloat(COHSM_LIGHT_TEXEL(at+--lo).xy);\n"
     "fraction=cohsm_clamp_unit((u-sums.x)/(sums.y-sums.x));\n"
     "return lo;\n"
     "}\n"
@@ -1413,9 +1413,9 @@ static const struct { char s0[3995]; char s1[3993]; char s2[3967];
     "{\n"
     "vec3 d=q-a.p;\n"
     "float square=dot(d,d),range=sqrt(square);\n"
-    "if(!(range>.0)|| !cohsm_finite(square))return false;\n"
+    "if(!(range>.0)||!cohsm_finite(square))return false;\n"
     "vec3 w=d*(1./range);\n"
-    "float cosine= -dot(n,w);\n"
+    "float cosine=-dot(n,w);\n"
     "if(!(cosine>1e-7))return false;\n"
     "cosine=min(cosine,1.);\n"
     "e.coords.xy=vec2(cohsm_clamp_unit(x.x),cohsm_clamp_unit(x.y));\n"
@@ -1439,7 +1439,7 @@ static const struct { char s0[3995]; char s1[3993]; char s2[3967];
     "uint m=min(y,h-y);\n"
     "float s=cohsm_sincos(1.57079633*float(m)/float(h)).x;\n"
     "s=1.-2.*s*s;\n"
-    "return m==y?s: -s;\n"
+    "return m==y?s:-s;\n"
     "}\n"
     "\nbool cohsm_environment_draw(const in cohsm_light l,vec2 u,inout cohsm_emission e)\n"
     "{\n"
@@ -1463,8 +1463,8 @@ static const struct { char s0[3995]; char s1[3993]; char s2[3967];
     "vec3 d=l.origin-a.p;\n"
     "float x0=dot(d,l.ex)*l.lx,y0=dot(d,l.ey)*l.ly,x1=x0+l.lx,y1=y0+l.ly,z=dot(d,l.n);\n"
     "float z2=z*z;\n"
-    "float n0= -y0/sqrt(z2+y0*y0),n1=x1/sqrt(z2+x1*x1);\n"
-    "float n2=y1/sqrt(z2+y1*y1),n3= -x0/sqrt(z2+x0*x0);\n"
+    "float n0=-y0/sqrt(z2+y0*y0),n1=x1/sqrt(z2+x1*x1);\n"
+    "float n2=y1/sqrt(z2+y1*y1),n3=-x0/sqrt(z2+x0*x0);\n"
     "float k=2.*COHSM_PI-cohsm_acos(-n2*n3)-cohsm_acos(-n3*n0);\n"
     "a.edges=vec4(x0,x1,y0,y1);\n"
     "a.cap=vec4(z,n0,n2,k);\n"
@@ -1482,7 +1482,7 @@ static const struct { char s0[3995]; char s1[3993]; char s2[3967];
     "float z=a.cap.x,b0=a.cap.y;\n"
     "vec2 sc=cohsm_sincos(u.x*a.solid+a.cap.w);\n"
     "float f=(sc.y*b0-a.cap.z)/sc.x,c=1./sqrt(f*f+b0*b0);\n"
-    "c=clamp(f>.0?c: -c,-1.,1.);\n"
+    "c=clamp(f>.0?c:-c,-1.,1.);\n"
     "float x=clamp(-(c*z)/sqrt(max(1.-c*c,1e-12)),a.edges.x,a.edges.y);\n"
     "float d=sqrt(x*x+z*z),h0=a.edges.z/sqrt(d*d+a.edges.z*a.edges.z);\n"
     "float h1=a.edges.w/sqrt(d*d+a.edges.w*a.edges.w),h=h0+u.y*(h1-h0);\n"
@@ -1496,7 +1496,7 @@ static const struct { char s0[3995]; char s1[3993]; char s2[3967];
     "a=cohsm_aim(p,vec3(.0),.0,.0,.0,.0,vec4(.0),vec4(.0));\n"
     "if(COHSM_SHAPE_OF(l)==COHSM_SHAPE_RECTANGLE){\n"
     "if(!(dot(l.n,d)<.0))return false;\n"
-    "if((l.flags&2u)!=0u&& !cohsm_light_textured(l))cohsm_rectangle_aim(l,a);\n"
+    "if((l.flags&2u)!=0u&&!cohsm_light_textured(l))cohsm_rectangle_aim(l,a);\n"
     "if(!(a.solid_pdf>.0))a.solid=cohsm_flat_solid(l.n,d+(l.u+l.v)*.5,l.area);\n"
     "return true;\n"
     "}\n"
@@ -1567,9 +1567,9 @@ static const struct { char s0[3995]; char s1[3993]; char s2[3967];
     "if(COHSM_SHAPE_OF(l)!=COHSM_SHAPE_SUN){\n"
     "vec3 d=l.origin-a.p;\n"
     "float range=sqrt(dot(d,d));\n"
-    "if(!(range>.0)|| !cohsm_finite(range))return false;\n"
+    "if(!(range>.0)||!cohsm_finite(range))return false;\n"
     "e.direction=d*(1./range);\n"
-    "if(COHSM_SHAPE_OF(l)==COHSM_SHAPE_SPOT&& -dot(e.direction,l.n)<l.cos_cone)return false;\n"
+    "if(COHSM_SHAPE_OF(l)==COHSM_SHAPE_SPOT&&-dot(e.direction,l.n)<l.cos_cone)return false;\n"
     "scale=1./(range*range);\n"
     "e.range=range;\n"
     "}\n"
@@ -1614,8 +1614,8 @@ static const struct { char s0[3995]; char s1[3993]; char s2[3967];
     "\n\nbool cohsm_plane_hit(const in cohsm_light l,const in cohsm_aim a,vec3 w,inout cohsm_emission e)\n"
     "{\n"
     "vec3 d=a.p-l.origin;\n"
-    "float slope= -dot(l.n,w),height=dot(l.n,d);\n"
-    "if(!(slope>1e-7)|| !(height>.0))return false;\n"
+    "float slope=-dot(l.n,w),height=dot(l.n,d);\n"
+    "if(!(slope>1e-7)||!(height>.0))return false;\n"
     "d+=w*(height/slope);\n"
     "vec2 x=vec2(dot(d,l.ex),dot(d,l.ey));\n",
     "if(COHSM_SHAPE_OF(l)==COHSM_SHAPE_DISC){\n"
@@ -1629,13 +1629,13 @@ static const struct { char s0[3995]; char s1[3993]; char s2[3967];
     "\n\nbool cohsm_round_hit(const in cohsm_light l,const in cohsm_aim a,vec3 w,inout cohsm_emission e)\n"
     "{\n"
     "bool line=COHSM_SHAPE_OF(l)==COHSM_SHAPE_LINE;\n"
-    "vec3 d=cohsm_if(line,a.axis* -a.range,l.origin-a.p),v=cohsm_if(line,w-l.n*dot(w,l.n),w);\n"
+    "vec3 d=cohsm_if(line,a.axis*-a.range,l.origin-a.p),v=cohsm_if(line,w-l.n*dot(w,l.n),w);\n"
     "float square=dot(v,v);\n"
     "if(!(square>1e-14))return false;\n"
     "float along=dot(d,v)/square;\n"
     "vec3 n=v*along-d;\n"
     "float s=l.radius*l.radius-dot(n,n);\n"
-    "if(!(along>.0)|| !(s>.0))return false;\n"
+    "if(!(along>.0)||!(s>.0))return false;\n"
     "s=sqrt(s/square);\n"
     "n=(n-v*s)*(1./l.radius);\n"
     "if(!line)return cohsm_sphere_at(l,a,cohsm_normalize(n),e);\n"
@@ -1655,7 +1655,7 @@ static const struct { char s0[3995]; char s1[3993]; char s2[3967];
     "}\n", 0
 };
 
-static const struct { char s0[3992]; char s1[3973]; char s2[3756]; char end; } glbk__glsl_lib_cohsm_lookup_glsl = {
+static const struct { char s0[3991]; char s1[3970]; char s2[3754]; char end; } glbk__glsl_lib_cohsm_lookup_glsl = {
     "\n\n\n\n\n\n\n#ifndef COHSM_TEXEL\n"
     "#error \"cohsm_lookup.glsl needs COHSM_TEXEL(i), the uvec4 at texel i of the blocks\"\n"
     "#endif\n"
@@ -1748,7 +1748,7 @@ static const struct { char s0[3992]; char s1[3973]; char s2[3756]; char end; } g
     "#ifdef COHSM_ONE_LAYOUT\n"
     "m.fast=COHSM_ONE_LAYOUT>1;\n"
     "#endif\n"
-    "m.lines_at=cohsm_if(m.fast,(m.lookup_at+15u)& ~15u,m.directories_at+lengths.w);\n"
+    "m.lines_at=cohsm_if(m.fast,(m.lookup_at+15u)&~15u,m.directories_at+lengths.w);\n"
     "m.bases_at=m.lines_at+lengths.z;\n"
     "m.trays_at=m.bases_at+lengths.w;\n"
     "m.center=vec3(uintBitsToFloat(rest.w),uintBitsToFloat(sphere.xy));\n"
@@ -1816,7 +1816,7 @@ static const struct { char s0[3992]; char s1[3973]; char s2[3756]; char end; } g
     "}\n"
     "\n\nuint cohsm_after_zero(uvec2 marks,uint number)\n"
     "{\n"
-    "uvec2 zeros= ~marks;\n"
+    "uvec2 zeros=~marks;\n"
     "uint low=cohsm_popcount(zeros.x);\n"
     "bool second=number>=low;\n"
     "uint at=cohsm_select(cohsm_if(second,zeros.y,zeros.x),cohsm_if(second,number-low,number));\n"
@@ -1866,7 +1866,7 @@ static const struct { char s0[3992]; char s1[3973]; char s2[3756]; char end; } g
     "uint rank=0u;\n"
     "for(uint i=0u;i<count;i+=step){\n"
     "uint x=cohsm_bits(l,codes+i*bits,min(step,count-i)*bits);\n"
-    "rank+=cohsm_popcount(((x& ~high)+one)&x&high);\n"
+    "rank+=cohsm_popcount(((x&~high)+one)&x&high);\n"
     "}\n"
     "return rank;\n"
     "}\n"
@@ -1879,7 +1879,7 @@ static const struct { char s0[3992]; char s1[3973]; char s2[3756]; char end; } g
     "if(palette)bits-=9u;\n"
     "uint code=cohsm_bits(l,codes+j*bits,bits),ones=(1u<<bits)-1u;\n"
     "uint values=codes+n*bits,rank=0u,depth=base+code;\n"
-    "bool exact=code==ones,infinite=code+1u==ones&& !palette;\n"
+    "bool exact=code==ones,infinite=code+1u==ones&&!palette;\n"
     "if(exact)rank=cohsm_escapes(l,codes,max(bits,1u),min(j,64u));\n"
     "values+=cohsm_if(exact,cohsm_if(palette,8u*base,0u)+16u*rank,8u*code);\n"
     "if(exact||palette)depth=cohsm_bits(l,values,cohsm_if(exact,16u,8u));\n"
@@ -1938,7 +1938,7 @@ static const struct { char s0[3992]; char s1[3973]; char s2[3756]; char end; } g
     "{\n"
     "uvec4 all=uvec4(v*0x01010101u),least=all|0x80808080u;\n"
     "uvec4 x=least-(s&0x7f7f7f7fu),y=least-(t&0x7f7f7f7fu);\n"
-    "return cohsm_high_bits((all& ~s)|(~(all^s)&x),(all& ~t)|(~(all^t)&y));\n"
+    "return cohsm_high_bits((all&~s)|(~(all^s)&x),(all&~t)|(~(all^t)&y));\n"
     "}\n"
     "\n\nuint cohsm_bytes_exact(uvec4 s,uvec4 t)\n"
     "{\n"
@@ -2016,7 +2016,7 @@ static const struct { char s0[3992]; char s1[3973]; char s2[3756]; char end; } g
     "}\n", 0
 };
 
-static const struct { char s0[3975]; char s1[485]; char end; } glbk__csm_files_lib_cohsm_math_glsl = {
+static const struct { char s0[3553]; char end; } glbk__csm_files_lib_cohsm_math_glsl = {
     "\n\n\n\n\n\n#define COHSM_PI 3.14159265\n"
     "#define COHSM_BELOW_1 0.99999994\n"
     "#define COHSM_HUGE 3.402823466e38\n"
@@ -2039,24 +2039,14 @@ static const struct { char s0[3975]; char s1[485]; char end; } glbk__csm_files_l
     "\n\nvec2 cohsm_sincos(float x)\n"
     "{\n"
     "float t=clamp(x,-8192.,8192.);\n"
-    "int k=int(t*.636619772+(t<.0? -.5:.5));\n"
+    "int k=int(t*.636619772+(t<.0?-.5:.5));\n"
     "float q=float(k);\n"
     "float r=((t-q*1.5703125)-q*4.837512969970703125e-4)-q*7.5497899548918822e-8;\n"
     "float z=r*r;\n"
-    "float s=r+r*z*(-.1666665494+z*(.008332178146+z* -.0001951729898));\n"
+    "float s=r+r*z*(-.1666665494+z*(.008332178146+z*-.0001951729898));\n"
     "float c=(1.-.5*z)+z*z*(.04166664687+z*(-.001388736752+z*2.443845159e-5));\n"
     "vec2 v=cohsm_if((k&1)!=0,vec2(c,s),vec2(s,c));\n"
     "return vec2(cohsm_if((k&2)!=0,-v.x,v.x),cohsm_if(((k+1)&2)!=0,-v.y,v.y));\n"
-    "}\n"
-    "\nfloat cohsm_acos(float x)\n"
-    "{\n"
-    "float a=min(abs(x),1.),h=.5*(1.-a);\n"
-    "bool far=a>.5;\n"
-    "float s=cohsm_if(far,sqrt(h),a),z=cohsm_if(far,h,a*a);\n"
-    "float p=s+s*z*(.1666675393+z*(.07495241769+z*(.04547709903+z*(.02414760004+\n"
-    "z*.04221856856))));\n"
-    "p=cohsm_if(far,2.*p,1.57079633-p);\n"
-    "return cohsm_if(x<.0,3.14159265-p,p);\n"
     "}\n"
     "\n\nfloat cohsm_atan2(float y,float x)\n"
     "{\n"
@@ -2077,7 +2067,7 @@ static const struct { char s0[3975]; char s1[485]; char end; } glbk__csm_files_l
     "float r=(t-k*.693145752)-k*1.42860677e-6;\n"
     "float p=1.+(r+r*r*(.500000008+r*(.166666669+r*(.0416662701+r*(.00833326438+\n"
     "r*.00139460621)))));\n"
-    "return cohsm_if(t< -87.,.0,p*uintBitsToFloat(uint(int(k)+127)<<23));\n"
+    "return cohsm_if(t<-87.,.0,p*uintBitsToFloat(uint(int(k)+127)<<23));\n"
     "}\n"
     "\n\n\nfloat cohsm_log(float x)\n"
     "{\n"
@@ -2112,9 +2102,46 @@ static const struct { char s0[3975]; char s1[485]; char end; } glbk__csm_files_l
     "}\n"
     "\n\nvoid cohsm_basis(vec3 n,out vec3 t,out vec3 b)\n"
     "{\n"
-    "float s=n.z>=.0?1.: -1.,a= -1./(s+n.z),c=n.x*n.y*a;\n"
+    "float s=n.z>=.0?1.:-1.,a=-1./(s+n.z),c=n.x*n.y*a;\n"
     "t=vec3(1.+s*n.x*n.x*a,s*c,-s*n.x);\n"
     "b=vec3(c,s+n.y*n.y*a,-n.y);\n"
+    "}\n"
+    "\n\nvec2 cohsm_concentric(vec2 uv)\n"
+    "{\n"
+    "float a=2.*uv.x-1.,b=2.*uv.y-1.,r,phi;\n"
+    "if(abs(a)>abs(b)){\n"
+    "r=a;\n"
+    "phi=.785398163*(b/a);\n"
+    "}else{\n"
+    "r=b;\n"
+    "phi=cohsm_if(b==.0,.0,1.57079633-.785398163*(a/b));\n"
+    "}\n"
+    "return r*cohsm_sincos(phi).yx;\n"
+    "}\n"
+    "\n\nvec2 cohsm_disc_square(vec2 p)\n"
+    "{\n"
+    "float r=sqrt(p.x*p.x+p.y*p.y),a,b;\n"
+    "if(abs(p.x)>abs(p.y)){\n"
+    "a=p.x>.0?r:-r;\n"
+    "b=a*(4./COHSM_PI)*cohsm_atan2(p.y/p.x,1.);\n"
+    "}else{\n"
+    "b=p.y>.0?r:-r;\n"
+    "a=r>.0?b*(4./COHSM_PI)*cohsm_atan2(p.x/p.y,1.):.0;\n"
+    "}\n"
+    "return vec2(cohsm_clamp_unit(.5*(a+1.)),cohsm_clamp_unit(.5*(b+1.)));\n"
+    "}\n", 0
+};
+
+static const struct { char s0[904]; char end; } glbk__glsl_lib_cohsm_octa_glsl = {
+    "\n\n\n\n\nfloat cohsm_acos(float x)\n"
+    "{\n"
+    "float a=min(abs(x),1.),h=.5*(1.-a);\n"
+    "bool far=a>.5;\n"
+    "float s=cohsm_if(far,sqrt(h),a),z=cohsm_if(far,h,a*a);\n"
+    "float p=s+s*z*(.1666675393+z*(.07495241769+z*(.04547709903+z*(.02414760004+\n"
+    "z*.04221856856))));\n"
+    "p=cohsm_if(far,2.*p,1.57079633-p);\n"
+    "return cohsm_if(x<.0,3.14159265-p,p);\n"
     "}\n"
     "\n\n\nvec3 cohsm_octa_direction(vec2 uv)\n"
     "{\n"
@@ -2135,30 +2162,6 @@ static const struct { char s0[3975]; char s1[485]; char end; } glbk__csm_files_l
     "a=clamp(a,.0,1.);\n"
     "b=clamp(b,.0,1.);\n"
     "return .5*vec2(cohsm_if(n.x<.0,1.-a,1.+a),cohsm_if(n.z<.0,1.-b,1.+b));\n"
-    "}\n"
-    "\n\nvec2 cohsm_concentric(vec2 uv)\n"
-    "{\n",
-    "float a=2.*uv.x-1.,b=2.*uv.y-1.,r,phi;\n"
-    "if(abs(a)>abs(b)){\n"
-    "r=a;\n"
-    "phi=.785398163*(b/a);\n"
-    "}else{\n"
-    "r=b;\n"
-    "phi=cohsm_if(b==.0,.0,1.57079633-.785398163*(a/b));\n"
-    "}\n"
-    "return r*cohsm_sincos(phi).yx;\n"
-    "}\n"
-    "\n\nvec2 cohsm_disc_square(vec2 p)\n"
-    "{\n"
-    "float r=sqrt(p.x*p.x+p.y*p.y),a,b;\n"
-    "if(abs(p.x)>abs(p.y)){\n"
-    "a=p.x>.0?r: -r;\n"
-    "b=a*(4./COHSM_PI)*cohsm_atan2(p.y/p.x,1.);\n"
-    "}else{\n"
-    "b=p.y>.0?r: -r;\n"
-    "a=r>.0?b*(4./COHSM_PI)*cohsm_atan2(p.x/p.y,1.):.0;\n"
-    "}\n"
-    "return vec2(cohsm_clamp_unit(.5*(a+1.)),cohsm_clamp_unit(.5*(b+1.)));\n"
     "}\n", 0
 };
 
@@ -2206,7 +2209,7 @@ static const struct { char s0[1174]; char end; } glbk__glsl_lib_cohsm_random_gls
     "}\n", 0
 };
 
-static const struct { char s0[3971]; char s1[3964]; char s2[3994];
+static const struct { char s0[3968]; char s1[3959]; char s2[3990];
     char s3[1089]; char end; } glbk__glsl_lib_cohsm_visible_glsl = {
     "\n\n\n\n\n\n\n\n\n\n#define COHSM_LIGHT_DIRECTION 0\n"
     "#define COHSM_LIGHT_POSITION 1\n"
@@ -2252,7 +2255,7 @@ static const struct { char s0[3971]; char s1[3964]; char s2[3994];
     "vec2 down=cohsm_sincos(s.y*3.14159265);\n"
     "return vec3(down.x*around.y,down.y,down.x*around.x);\n"
     "}\n"
-    "float y=1.-2.*s.y,ring=cohsm_if(y>=1.||y<= -1.,.0,sqrt(1.-y*y));\n"
+    "float y=1.-2.*s.y,ring=cohsm_if(y>=1.||y<=-1.,.0,sqrt(1.-y*y));\n"
     "vec3 u=cohsm_floats(m,36u);\n"
     "return cohsm_floats(m,33u)+vec3(ring*around.y,y,ring*around.x)*sqrt(dot(u,u));\n"
     "}\n"
@@ -2289,13 +2292,13 @@ static const struct { char s0[3971]; char s1[3964]; char s2[3994];
     "up=cross(right,back);\n"
     "return;\n"
     "}\n"
-    "float s=COHSM_ORIENTATION_OF(m)==COHSM_ORIENTATION_MINIMAL||back.y>=.0?1.: -1.;\n"
+    "float s=COHSM_ORIENTATION_OF(m)==COHSM_ORIENTATION_MINIMAL||back.y>=.0?1.:-1.;\n"
     "if(abs(s+back.y)<1e-6){\n"
     "right=vec3(1.,.0,.0);\n"
     "up=vec3(.0,.0,1.);\n"
     "return;\n"
     "}\n"
-    "float a= -1./(s+back.y);\n"
+    "float a=-1./(s+back.y);\n"
     "right=vec3(1.+s*back.x*back.x*a,-s*back.x,s*back.x*back.z*a);\n"
     "up=vec3(back.x*back.z*a,-back.z,s+back.z*back.z*a);\n"
     "}\n"
@@ -2373,7 +2376,7 @@ static const struct { char s0[3971]; char s1[3964]; char s2[3994];
     "\n\nint cohsm_compared_depth(float depth)\n"
     "{\n"
     "int whole=cohsm_if(depth<65535.,int(depth),65535);\n"
-    "return depth>=.0?whole: -1;\n"
+    "return depth>=.0?whole:-1;\n"
     "}\n"
     "\n\nuint cohsm_pixel(const in cohsm_maps m,vec2 at)\n"
     "{\n"
@@ -2424,10 +2427,10 @@ static const struct { char s0[3971]; char s1[3964]; char s2[3994];
     "{\n"
     "if(i<3)return vec3(i==0,i==1,i==2);\n"
     "if(i<9){\n"
-    "float s=(i&1)!=0?1.: -1.;\n"
+    "float s=(i&1)!=0?1.:-1.;\n"
     "return cohsm_if(i<5,vec3(1.,s,.0),cohsm_if(i<7,vec3(1.,.0,s),vec3(.0,1.,s)));\n"
     "}\n"
-    "return vec3(i==12? -1.:1.,i==11? -1.:1.,i==10? -1.:1.);\n"
+    "return vec3(i==12?-1.:1.,i==11?-1.:1.,i==10?-1.:1.);\n"
     "}\n"
     "\n\nvec2 cohsm_dop(const in cohsm_maps m,int i,vec3 axis)\n"
     "{\n"
@@ -2467,14 +2470,14 @@ static const struct { char s0[3971]; char s1[3964]; char s2[3994];
     "{\n"
     "if(COHSM_LIGHT_OF(q)==COHSM_LIGHT_PARAMETER)\n"
     "light=vec3(light.x,cohsm_used(m,light,.0).yz);\n"
-    "if(COHSM_LIGHT_OF(q)!=COHSM_LIGHT_INDEX&& !cohsm_finite3(light))return 1.;\n"
+    "if(COHSM_LIGHT_OF(q)!=COHSM_LIGHT_INDEX&&!cohsm_finite3(light))return 1.;\n"
     "if(COHSM_LIGHT_OF(q)==COHSM_LIGHT_POSITION){\n"
     "int hull=cohsm_hull(m,p,light);\n"
     "if(hull!=1)return hull==2?COHSM_REFUSED:1.;\n"
     "light-=p;\n"
     "}\n"
     "if(!cohsm_finite3(p))return 1.;\n"
-    "if(COHSM_LIGHT_OF(q)<COHSM_LIGHT_PARAMETER&& !cohsm_usable(light))return 1.;\n"
+    "if(COHSM_LIGHT_OF(q)<COHSM_LIGHT_PARAMETER&&!cohsm_usable(light))return 1.;\n"
     "vec3 at=COHSM_LIGHT_OF(q)==COHSM_LIGHT_INDEX?vec3(.0)\n"
     ":cohsm_domain_position(m,light,COHSM_LIGHT_OF(q));\n"
     "uvec3 c;\n"
@@ -2522,10 +2525,10 @@ static const struct { char s0[3971]; char s1[3964]; char s2[3994];
     "}\n"
     "reach+=1e-5*dot(abs(point),vec3(1.));\n"
     "size=dot(light,light);\n"
-    "along= -dot(p,light)*inversesqrt(size);\n"
+    "along=-dot(p,light)*inversesqrt(size);\n"
     "t=cohsm_if(segment,min(along,sqrt(size)),along);\n"
     "wide=reach*(1.+.5*slope*slope)+along*slope;\n"
-    "return along< -reach||.999997*dot(p,p)+t*(t-2.*along)>wide*wide;\n"
+    "return along<-reach||.999997*dot(p,p)+t*(t-2.*along)>wide*wide;\n"
     "}\n"
     "\n\ncohsm_maps cohsm_instance_maps(uint table,uint i)\n"
     "{\n"
@@ -2601,28 +2604,16 @@ static const struct { char s0[419]; char end; } glbk__glsl_lib_csm_access_glsl =
     "#endif\n", 0
 };
 
-static const struct { char s0[890]; char end; } glbk__glsl_lib_csm_bindings_glsl = {
-    "\nuniform usampler2DArray glbk_csm_blocks;\n"
-    "uniform usampler2DArray glbk_csm_lights;\n"
-    "uniform usampler2DArray glbk_csm_instances;\n"
-    "uniform usampler2DArray glbk_csm_questions;\n"
-    "uniform usampler2D glbk_csm_place;\n"
-    "uniform usampler2D glbk_csm_normal;\n"
+static const struct { char s0[646]; char end; } glbk__glsl_lib_csm_bindings_glsl = {
+    "\nuniform usampler2DArray glbk_csm_blocks,glbk_csm_lights,glbk_csm_instances,\n"
+    "glbk_csm_questions;\n"
+    "uniform usampler2D glbk_csm_place,glbk_csm_normal;\n"
     "uniform glbk_color_sampler glbk_csm_sum;\n"
-    "uniform usampler2D glbk_csm_layer0;\n"
-    "uniform usampler2D glbk_csm_layer1;\n"
-    "uniform usampler2D glbk_csm_layer2;\n"
-    "uniform usampler2D glbk_csm_opened;\n"
+    "uniform usampler2D glbk_csm_layer0,glbk_csm_layer1,glbk_csm_layer2,glbk_csm_opened;\n"
     "#if __VERSION__ >= 430\n"
     "layout(std430,binding=1)readonly buffer glbk_csm_asked_storage{uvec4 glbk_csm_asked[];};\n"
-    "#endif\n"
-    "#if __VERSION__ >= 430\n"
     "layout(std430,binding=2)writeonly buffer glbk_csm_answers_storage{float glbk_csm_answers[];};\n"
-    "#endif\n"
-    "#if __VERSION__ >= 430\n"
     "layout(std430,binding=3)restrict buffer glbk_csm_records_storage{uvec4 glbk_csm_records[];};\n"
-    "#endif\n"
-    "#if __VERSION__ >= 430\n"
     "layout(rgba32f,binding=0)restrict uniform image2D glbk_csm_total;\n"
     "#endif\n", 0
 };
@@ -2695,26 +2686,14 @@ static const struct { char s0[1821]; char end; } glbk__glsl_lib_csm_compress_gls
     "}\n", 0
 };
 
-static const struct { char s0[325]; char end; } glbk__glsl_lib_csm_frame_glsl = {
+static const struct { char s0[247]; char end; } glbk__glsl_lib_csm_frame_glsl = {
     "\nlayout(std140)uniform glbk_csm_frame_block{\n"
-    "uint light_texel;\n"
-    "uint pattern_texel;\n"
-    "uint sample_count;\n"
-    "uint sampling;\n"
-    "uint seed;\n"
-    "uint roulette_seed;\n"
-    "uint frame;\n"
-    "uint first;\n"
-    "uint end;\n"
-    "uint plane_count;\n"
-    "uint width;\n"
-    "uint height;\n"
-    "float bias;\n"
-    "float offset;\n"
+    "uint light_texel,pattern_texel,sample_count,sampling,seed,roulette_seed,frame,\n"
+    "first,end,plane_count,width,height;\n"
+    "float bias,offset;\n"
     "uint adds;\n"
     "float frame_share;\n"
-    "vec4 eye;\n"
-    "vec4 planes[8];\n"
+    "vec4 eye,planes[8];\n"
     "}glbk_csm_frame;\n", 0
 };
 
@@ -2746,30 +2725,18 @@ static const struct { char s0[265]; char end; } glbk__glsl_lib_csm_pattern_glsl 
     "#endif\n", 0
 };
 
-static const struct { char s0[269]; char end; } glbk__glsl_lib_csm_peel_glsl = {
+static const struct { char s0[208]; char end; } glbk__glsl_lib_csm_peel_glsl = {
     "\nlayout(std140)uniform glbk_csm_peel_block{\n"
     "mat4 view;\n"
-    "float clip_per_pixel;\n"
-    "float depth_scale;\n"
-    "float open_thickness;\n"
-    "uint depth_top;\n"
-    "uint side;\n"
-    "uint tiles_across;\n"
-    "uint view_count;\n"
-    "uint far_layer;\n"
-    "uint positional;\n"
-    "uint self_only;\n"
-    "uint pad0;\n"
-    "uint pad1;\n"
+    "float clip_per_pixel,depth_scale,open_thickness;\n"
+    "uint depth_top,side,tiles_across,view_count,far_layer,positional,self_only,pad0,\n"
+    "pad1;\n"
     "}glbk_csm_peel;\n", 0
 };
 
-static const struct { char s0[134]; char end; } glbk__glsl_lib_csm_scene_glsl = {
+static const struct { char s0[116]; char end; } glbk__glsl_lib_csm_scene_glsl = {
     "\nlayout(std140)uniform glbk_csm_scene_block{\n"
-    "uint count;\n"
-    "uint in_block;\n"
-    "uint pad0;\n"
-    "uint pad1;\n"
+    "uint count,in_block,pad0,pad1;\n"
     "uvec4 instances[192];\n"
     "}glbk_csm_scene;\n", 0
 };
@@ -2982,7 +2949,7 @@ static const glbk_file glbk__csm_files[] = {
     { "lib/cohsm_estimate.glsl\0" "cohsm_random cohsm_brdf cohsm_light" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_cohsm_estimate_glsl },
-    { "lib/cohsm_light.glsl\0" "cohsm_math" "\0" "" "\0"
+    { "lib/cohsm_light.glsl\0" "cohsm_math cohsm_octa" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_cohsm_light_glsl },
     { "lib/cohsm_lookup.glsl\0" "" "\0" "" "\0"
@@ -2991,10 +2958,13 @@ static const glbk_file glbk__csm_files[] = {
     { "lib/cohsm_math.glsl\0" "" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__csm_files_lib_cohsm_math_glsl },
+    { "lib/cohsm_octa.glsl\0" "cohsm_math" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_cohsm_octa_glsl },
     { "lib/cohsm_random.glsl\0" "" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_cohsm_random_glsl },
-    { "lib/cohsm_visible.glsl\0" "cohsm_math cohsm_random cohsm_lookup" "\0" "" "\0"
+    { "lib/cohsm_visible.glsl\0" "cohsm_math cohsm_octa cohsm_random cohsm_lookup" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_cohsm_visible_glsl },
     { "lib/csm_access.glsl\0" "table csm_bindings" "\0" "" "\0"
@@ -3021,16 +2991,16 @@ static const glbk_file glbk__csm_files[] = {
     { "lib/csm_scene.glsl\0" "" "\0" "" "\0"
       "" "\0" "glbk_csm_scene",
       (const char *)&glbk__glsl_lib_csm_scene_glsl },
-    { "lib/csm_shade.glsl\0" "csm_pattern csm_instances cohsm_visible cohsm_estimate gbuffer csm_frame csm_scene" "\0" "" "\0"
+    { "lib/csm_shade.glsl\0" "csm_pattern csm_instances cohsm_visible cohsm_estimate gbuffer" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_csm_shade_glsl },
-    { "lib/csm_visible.glsl\0" "csm_instances cohsm_visible csm_scene" "\0" "" "\0"
+    { "lib/csm_visible.glsl\0" "csm_instances cohsm_visible" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_csm_visible_glsl },
-    { "prog/csm_compress.comp\0" "csm_compress csm_peel" "\0" "" "\0"
+    { "prog/csm_compress.comp\0" "csm_compress" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_csm_compress_comp },
-    { "prog/csm_compress.frag\0" "csm_compress" "\0" "screen.vert" "\0"
+    { "prog/csm_compress.frag\0" "csm_compress" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_csm_compress_frag },
     { "prog/csm_peel.frag\0" "csm_bindings mesh_fragment" "\0" "csm_peel.vert" "\0"
@@ -3042,16 +3012,16 @@ static const glbk_file glbk__csm_files[] = {
     { "prog/csm_query.comp\0" "csm_visible csm_frame" "\0" "" "\0"
       "CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=1 CSM_INSTANCES=1 | CSM_ASK=1 CSM_FILTER=2 | CSM_ASK=2 CSM_FILTER=1 | CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=2 CSM_INSTANCES=1 | CSM_ASK=0 CSM_FILTER=1 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=1 CSM_INSTANCES=1 | CSM_ASK=0 CSM_FILTER=1 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=2 CSM_INSTANCES=1" "\0" "",
       (const char *)&glbk__glsl_prog_csm_query_comp },
-    { "prog/csm_query.frag\0" "csm_visible csm_frame" "\0" "screen.vert" "\0"
+    { "prog/csm_query.frag\0" "csm_visible csm_frame" "\0" "" "\0"
       "CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=1 CSM_INSTANCES=1 | CSM_ASK=1 CSM_FILTER=2 | CSM_ASK=2 CSM_FILTER=1 | CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=2 CSM_INSTANCES=1 | CSM_ASK=0 CSM_FILTER=1 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=1 CSM_INSTANCES=1 | CSM_ASK=0 CSM_FILTER=1 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=2 CSM_INSTANCES=1" "\0" "",
       (const char *)&glbk__glsl_prog_csm_query_frag },
-    { "prog/csm_resolve.frag\0" "csm_bindings picture csm_frame" "\0" "screen.vert" "\0"
+    { "prog/csm_resolve.frag\0" "csm_bindings picture csm_frame" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_csm_resolve_frag },
-    { "prog/csm_shade.comp\0" "csm_shade csm_frame" "\0" "" "\0"
+    { "prog/csm_shade.comp\0" "csm_shade" "\0" "" "\0"
       "CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=2 CSM_INSTANCES=1 | CSM_SHAPE=6 CSM_ASK=2 CSM_FILTER=2 COHSM_LOBES=8 CSM_PATTERNS=1" "\0" "",
       (const char *)&glbk__glsl_prog_csm_shade_comp },
-    { "prog/csm_shade.frag\0" "csm_shade csm_frame" "\0" "screen.vert" "\0"
+    { "prog/csm_shade.frag\0" "csm_shade" "\0" "" "\0"
       "CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=2 CSM_INSTANCES=1 | CSM_SHAPE=6 CSM_ASK=2 CSM_FILTER=2 COHSM_LOBES=8 CSM_PATTERNS=1" "\0" "",
       (const char *)&glbk__glsl_prog_csm_shade_frag }
 };

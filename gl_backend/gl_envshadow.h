@@ -502,11 +502,9 @@ static const struct { char s0[1094]; char end; } glbk__glsl_lib_envsh_access_gls
     "}\n", 0
 };
 
-static const struct { char s0[311]; char end; } glbk__glsl_lib_envsh_bindings_glsl = {
+static const struct { char s0[261]; char end; } glbk__glsl_lib_envsh_bindings_glsl = {
     "\nuniform sampler2DArray glbk_envsh_depth;\n"
-    "uniform usampler2DArray glbk_envsh_depth4;\n"
-    "uniform usampler2DArray glbk_envsh_cells;\n"
-    "uniform usampler2DArray glbk_envsh_views;\n"
+    "uniform usampler2DArray glbk_envsh_depth4,glbk_envsh_cells,glbk_envsh_views;\n"
     "uniform glbk_color_sampler glbk_envsh_sum;\n"
     "#if __VERSION__ >= 430\n"
     "layout(rgba32f,binding=0)restrict uniform image2D glbk_envsh_total;\n"
@@ -577,13 +575,13 @@ static const struct { char s0[151]; char end; } glbk__glsl_lib_envsh_disc_glsl =
     "#define ENVSH_DISC(i) (((i) & 1u) != 0u ? ENVSH_DISC_PAIR(i).zw : ENVSH_DISC_PAIR(i).xy)\n", 0
 };
 
-static const struct { char s0[1564]; char end; } glbk__glsl_lib_envsh_group_glsl = {
+static const struct { char s0[1563]; char end; } glbk__glsl_lib_envsh_group_glsl = {
     "\n\n\n\nstruct envsh_group{\n"
     "vec3 low,high;\n"
     "vec3 n_low,n_high;\n"
     "vec3 flat_low,flat_high;\n"
     "};\n"
-    "\n\nbool envsh_all_under(vec3 low,vec3 high,vec3 d){return dot(max(low*d,high*d),vec3(1.))< -1e-5;}\n"
+    "\n\nbool envsh_all_under(vec3 low,vec3 high,vec3 d){return dot(max(low*d,high*d),vec3(1.))<-1e-5;}\n"
     "\n\nvec2 envsh_group_reach(envsh_query q,envsh_view v,float z)\n"
     "{\n"
     "#if ENVSH_FILTER == 1\n"
@@ -639,48 +637,29 @@ static const struct { char s0[478]; char end; } glbk__glsl_lib_envsh_light_glsl 
     "}\n", 0
 };
 
-static const struct { char s0[196]; char end; } glbk__glsl_lib_envsh_object_glsl = {
+static const struct { char s0[154]; char end; } glbk__glsl_lib_envsh_object_glsl = {
     "\nlayout(std140)uniform glbk_envsh_object_block{\n"
     "mat4 transform;\n"
-    "uint first_light;\n"
-    "uint light_step;\n"
-    "uint level;\n"
-    "uint layer;\n"
-    "uint lit;\n"
-    "uint unused0;\n"
-    "uint unused1;\n"
-    "uint unused2;\n"
+    "uint first_light,light_step,level,layer,lit,unused0,unused1,unused2;\n"
     "}glbk_envsh_object;\n", 0
 };
 
-static const struct { char s0[195]; char end; } glbk__glsl_lib_envsh_query_glsl = {
+static const struct { char s0[157]; char end; } glbk__glsl_lib_envsh_query_glsl = {
     "\nlayout(std140)uniform glbk_envsh_query_block{\n"
-    "float radius;\n"
-    "float bias;\n"
-    "float extent_scale;\n"
-    "uint taps;\n"
-    "uint seed;\n"
-    "uint first_light;\n"
-    "uint end_light;\n"
-    "uint adds;\n"
+    "float radius,bias,extent_scale;\n"
+    "uint taps,seed,first_light,end_light,adds;\n"
     "vec4 disc[32];\n"
     "}glbk_envsh_query;\n", 0
 };
 
-static const struct { char s0[218]; char end; } glbk__glsl_lib_envsh_scene_glsl = {
+static const struct { char s0[180]; char end; } glbk__glsl_lib_envsh_scene_glsl = {
     "\nlayout(std140)uniform glbk_envsh_scene_block{\n"
-    "uint map_side;\n"
-    "uint guard;\n"
-    "uint cells_side;\n"
-    "uint level_count;\n"
-    "uint light_count;\n"
-    "float clip_per_inside;\n"
-    "float clip_per_texel_x;\n"
-    "float clip_per_texel_y;\n"
+    "uint map_side,guard,cells_side,level_count,light_count;\n"
+    "float clip_per_inside,clip_per_texel_x,clip_per_texel_y;\n"
     "}glbk_envsh_scene;\n", 0
 };
 
-static const struct { char s0[3970]; char s1[2895]; char end; } glbk__glsl_lib_envsh_visible_glsl = {
+static const struct { char s0[3963]; char s1[2895]; char end; } glbk__glsl_lib_envsh_visible_glsl = {
     "\n\n\n\n\n\n\n\n#if !(defined ENVSH_FILTER && defined ENVSH_TEXEL && defined ENVSH_STORED)\n"
     "#error \"envsh_visible: define ENVSH_FILTER, ENVSH_TEXEL and ENVSH_STORED\"\n"
     "#endif\n"
@@ -744,10 +723,10 @@ static const struct { char s0[3970]; char s1[2895]; char end; } glbk__glsl_lib_e
     "int k=int(x*.636619772+.5);\n"
     "float r=((x-float(k)*1.5703125)-float(k)*4.837512969970703125e-4)-\n"
     "float(k)*7.5497899548918822e-8;\n"
-    "float z=r*r,s=r+r*z*(-.1666665494+z*(.008332178146+z* -.0001951729898));\n"
+    "float z=r*r,s=r+r*z*(-.1666665494+z*(.008332178146+z*-.0001951729898));\n"
     "float c=(1.-.5*z)+z*z*(.04166664687+z*(-.001388736752+z*2.443845159e-5));\n"
     "vec2 cs=(k&1)!=0?vec2(s,c):vec2(c,s);\n"
-    "return vec2(((k+1)&2)!=0? -cs.x:cs.x,(k&2)!=0? -cs.y:cs.y);\n"
+    "return vec2(((k+1)&2)!=0?-cs.x:cs.x,(k&2)!=0?-cs.y:cs.y);\n"
     "}\n"
     "\n\nivec2 envsh_place(vec2 at){return ivec2(floor(clamp(at,vec2(-64.),vec2(8192.))));}\n"
     "\n\nbool envsh_outside(envsh_query q,ivec2 at)\n"
@@ -777,7 +756,7 @@ static const struct { char s0[3970]; char s1[2895]; char end; } glbk__glsl_lib_e
     "vec2 c=ENVSH_CELL(v,ivec2(low.x,high.y),level),d=ENVSH_CELL(v,high,level);\n"
     "float least=min(min(a.x,b.x),min(c.x,d.x)),most=max(max(a.y,b.y),max(c.y,d.y));\n"
     "if(least>=1.||farthest<=least)return 1;\n"
-    "return!outside&&most<1.&&nearest>most?0: -1;\n"
+    "return!outside&&most<1.&&nearest>most?0:-1;\n"
     "}\n"
     "\n\nint envsh_decide(envsh_query q,envsh_view v,envsh_receiver r,vec2 reach)\n"
     "{\n"
@@ -789,11 +768,11 @@ static const struct { char s0[3970]; char s1[2895]; char end; } glbk__glsl_lib_e
     "int reach=int(q.radius)+1;\n"
     "ivec2 center=envsh_place(r.at);\n"
     "float sum=.0,weights=.0,stored;\n"
-    "for(int y= -reach;y<=reach;y++)\n"
-    "for(int x= -reach;x<=reach;x++){\n"
+    "for(int y=-reach;y<=reach;y++)\n"
+    "for(int x=-reach;x<=reach;x++){\n"
     "ivec2 at=center+ivec2(x,y);\n"
     "vec2 w=q.radius+1.-abs(vec2(at)+.5-r.at);\n"
-    "if(!(w.x>.0)|| !(w.y>.0))continue;\n"
+    "if(!(w.x>.0)||!(w.y>.0))continue;\n"
     "weights+=w.x*w.y;\n"
     "if(envsh_lit(q,v,r,at,stored))sum+=w.x*w.y;\n"
     "}\n"
@@ -1071,7 +1050,7 @@ static const glbk_file glbk__envsh_files[] = {
     { "lib/envsh_group.glsl\0" "envsh_visible" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_envsh_group_glsl },
-    { "lib/envsh_light.glsl\0" "envsh_access envsh_disc envsh_visible envsh_query envsh_scene" "\0" "" "\0"
+    { "lib/envsh_light.glsl\0" "envsh_access envsh_disc envsh_visible" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_envsh_light_glsl },
     { "lib/envsh_object.glsl\0" "" "\0" "" "\0"
@@ -1089,19 +1068,19 @@ static const glbk_file glbk__envsh_files[] = {
     { "prog/envsh_cast.frag\0" "envsh_cast mesh_fragment" "\0" "envsh_cast.vert" "\0"
       "ENVSH_RGBA=0 GLBK_PLACE | ENVSH_RGBA=1 GLBK_PLACE" "\0" "",
       (const char *)&glbk__glsl_prog_envsh_cast_frag },
-    { "prog/envsh_cast.vert\0" "envsh_cast mesh_vertex envsh_object" "\0" "" "\0"
+    { "prog/envsh_cast.vert\0" "envsh_cast mesh_vertex" "\0" "" "\0"
       "ENVSH_RGBA=0 GLBK_PLACE | ENVSH_RGBA=1 GLBK_PLACE" "\0" "",
       (const char *)&glbk__glsl_prog_envsh_cast_vert },
-    { "prog/envsh_cells.frag\0" "envsh_access envsh_object envsh_scene" "\0" "screen.vert" "\0"
+    { "prog/envsh_cells.frag\0" "envsh_access envsh_object" "\0" "" "\0"
       "ENVSH_RGBA=0 | ENVSH_RGBA=1" "\0" "",
       (const char *)&glbk__glsl_prog_envsh_cells_frag },
-    { "prog/envsh_resolve.frag\0" "envsh_bindings gbuffer picture envsh_object" "\0" "screen.vert" "\0"
+    { "prog/envsh_resolve.frag\0" "envsh_bindings gbuffer picture envsh_object" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_envsh_resolve_frag },
-    { "prog/envsh_shade.comp\0" "envsh_chunk envsh_light envsh_group gbuffer envsh_query" "\0" "" "\0"
+    { "prog/envsh_shade.comp\0" "envsh_chunk envsh_light envsh_group gbuffer" "\0" "" "\0"
       "ENVSH_FILTER=1 ENVSH_RGBA=0 | ENVSH_FILTER=2 ENVSH_RGBA=1 | ENVSH_FILTER=3 ENVSH_RGBA=0 | ENVSH_FILTER=4 ENVSH_RGBA=1" "\0" "",
       (const char *)&glbk__glsl_prog_envsh_shade_comp },
-    { "prog/envsh_shade.frag\0" "envsh_light gbuffer envsh_query" "\0" "screen.vert" "\0"
+    { "prog/envsh_shade.frag\0" "envsh_light gbuffer" "\0" "" "\0"
       "ENVSH_FILTER=1 ENVSH_RGBA=0 | ENVSH_FILTER=2 ENVSH_RGBA=1 | ENVSH_FILTER=3 ENVSH_RGBA=0 | ENVSH_FILTER=4 ENVSH_RGBA=1" "\0" "",
       (const char *)&glbk__glsl_prog_envsh_shade_frag }
 };

@@ -394,7 +394,7 @@ GLBK__DEF glbk_result glbk__require_gbuffer(const glbk_context *ctx, const char 
 /* These log of a member (".radius") of an element of an array what glbk__refuse and glbk__refuse_value log of
    a field: "FUNCTION: ARRAY[INDEX]MEMBER TEXT". With the index GLBK__NO_INDEX the field is ARRAY MEMBER.
    glbk__name_element writes such a field's name. */
-enum { GLBK__ELEMENT_ROOM = 80 };   /* characters; of longer names the end is cut off */
+enum { GLBK__ELEMENT_ROOM = GLBK__LINE_ROOM };
 #define GLBK__NO_INDEX SIZE_MAX
 GLBK__DEF void glbk__name_element(char out[GLBK__ELEMENT_ROOM], const char *array, size_t index,
                                   const char *member);
@@ -656,64 +656,38 @@ static const struct { char s0[890]; char end; } glbk__glsl_lib_gbuffer_glsl = {
     "}\n", 0
 };
 
-static const struct { char s0[533]; char end; } glbk__glsl_lib_gbuffer_bindings_glsl = {
-    "\nuniform usampler2D glbk_gbuffer_place;\n"
-    "uniform usampler2D glbk_gbuffer_normal;\n"
-    "uniform usampler2D glbk_gbuffer_color;\n"
-    "uniform usampler2D glbk_gbuffer_gloss;\n"
-    "uniform sampler2D glbk_gbuffer_color_map;\n"
-    "uniform sampler2D glbk_gbuffer_gloss_map;\n"
-    "uniform sampler2D glbk_gbuffer_normal_map;\n"
-    "uniform sampler2D glbk_gbuffer_place_in;\n"
-    "uniform sampler2D glbk_gbuffer_depth_in;\n"
-    "uniform sampler2D glbk_gbuffer_normal_in;\n"
-    "uniform sampler2D glbk_gbuffer_flat_in;\n"
-    "uniform sampler2D glbk_gbuffer_open_in;\n"
+static const struct { char s0[343]; char end; } glbk__glsl_lib_gbuffer_bindings_glsl = {
+    "\nuniform usampler2D glbk_gbuffer_place,glbk_gbuffer_normal,glbk_gbuffer_color,\n"
+    "glbk_gbuffer_gloss;\n"
+    "uniform sampler2D glbk_gbuffer_color_map,glbk_gbuffer_gloss_map,glbk_gbuffer_normal_map,\n"
+    "glbk_gbuffer_place_in,glbk_gbuffer_depth_in,glbk_gbuffer_normal_in,\n"
+    "glbk_gbuffer_flat_in,glbk_gbuffer_open_in;\n"
     "uniform usampler2D glbk_gbuffer_entity_in;\n", 0
 };
 
-static const struct { char s0[252]; char end; } glbk__glsl_lib_gbuffer_drawn_glsl = {
+static const struct { char s0[210]; char end; } glbk__glsl_lib_gbuffer_drawn_glsl = {
     "\nlayout(std140)uniform glbk_gbuffer_drawn_block{\n"
-    "mat4 transform;\n"
-    "mat4 clip;\n"
-    "vec4 eye;\n"
-    "vec4 diffuse;\n"
-    "vec4 gloss;\n"
-    "uint kind;\n"
-    "uint entity;\n"
-    "uint plane;\n"
+    "mat4 transform,clip;\n"
+    "vec4 eye,diffuse,gloss;\n"
+    "uint kind,entity,plane;\n"
     "float occlusion;\n"
-    "uint first_lobe;\n"
-    "uint lobe_count;\n"
-    "uint maps;\n"
+    "uint first_lobe,lobe_count,maps;\n"
     "float alpha_cutoff;\n"
     "}glbk_gbuffer_drawn;\n", 0
 };
 
-static const struct { char s0[342]; char end; } glbk__glsl_lib_gbuffer_imported_glsl = {
+static const struct { char s0[269]; char end; } glbk__glsl_lib_gbuffer_imported_glsl = {
     "\nlayout(std140)uniform glbk_gbuffer_imported_block{\n"
-    "mat4 from_clip;\n"
-    "mat4 to_clip;\n"
-    "mat4 to_world;\n"
-    "vec4 eye;\n"
-    "vec4 diffuse;\n"
-    "vec4 gloss;\n"
-    "uint kind;\n"
-    "uint entity;\n"
-    "uint plane;\n"
+    "mat4 from_clip,to_clip,to_world;\n"
+    "vec4 eye,diffuse,gloss;\n"
+    "uint kind,entity,plane;\n"
     "float occlusion;\n"
-    "uint first_lobe;\n"
-    "uint lobe_count;\n"
-    "uint given;\n"
-    "uint normal_packing;\n"
-    "uint width;\n"
-    "uint height;\n"
-    "float depth_scale;\n"
-    "float depth_offset;\n"
+    "uint first_lobe,lobe_count,given,normal_packing,width,height;\n"
+    "float depth_scale,depth_offset;\n"
     "}glbk_gbuffer_imported;\n", 0
 };
 
-static const struct { char s0[1003]; char end; } glbk__glsl_lib_gbuffer_pack_glsl = {
+static const struct { char s0[999]; char end; } glbk__glsl_lib_gbuffer_pack_glsl = {
     "\n#define GLBK_LAMBERT 1u\n"
     "#define GLBK_PHONG 2u\n"
     "#define GLBK_LAFORTUNE 3u\n"
@@ -743,14 +717,14 @@ static const struct { char s0[1003]; char end; } glbk__glsl_lib_gbuffer_pack_gls
     "\n\nvec3 glbk_unit_of_square(vec2 p)\n"
     "{\n"
     "float z=1.-abs(p.x)-abs(p.y),t=max(-z,.0);\n"
-    "return glbk_unit(vec3(p.x+(p.x>=.0? -t:t),p.y+(p.y>=.0? -t:t),z));\n"
+    "return glbk_unit(vec3(p.x+(p.x>=.0?-t:t),p.y+(p.y>=.0?-t:t),z));\n"
     "}\n"
     "\n\nuint glbk_pack_unit(vec3 n)\n"
     "{\n"
     "float sum=abs(n.x)+abs(n.y)+abs(n.z);\n"
     "if(!(sum>.0))return 0xffffffffu;\n"
     "n/=sum;\n"
-    "vec2 p=n.z>=.0?n.xy:(1.-abs(n.yx))*vec2(n.x>=.0?1.: -1.,n.y>=.0?1.: -1.);\n"
+    "vec2 p=n.z>=.0?n.xy:(1.-abs(n.yx))*vec2(n.x>=.0?1.:-1.,n.y>=.0?1.:-1.);\n"
     "uvec2 q=uvec2(floor(clamp(p*.5+.5,.0,1.)*65534.+.5));\n"
     "return q.x|(q.y<<16);\n"
     "}\n"
@@ -786,29 +760,26 @@ static const struct { char s0[971]; char end; } glbk__glsl_lib_gbuffer_write_gls
     "}\n", 0
 };
 
-static const struct { char s0[444]; char end; } glbk__glsl_lib_picture_glsl = {
+static const struct { char s0[443]; char end; } glbk__glsl_lib_picture_glsl = {
     "\n\n\n\nivec2 glbk_picture_at(){return ivec2(gl_FragCoord.xy)-ivec2(glbk_shown.left,glbk_shown.bottom);}\n"
     "\n\nbool glbk_picture_asks(){return(glbk_shown.keep_empty|glbk_shown.has_depth)!=0u;}\n"
     "\n\n\nvoid glbk_picture_show(bool seen,vec3 p)\n"
     "{\n"
-    "if(glbk_shown.keep_empty!=0u&& !seen)discard;\n"
+    "if(glbk_shown.keep_empty!=0u&&!seen)discard;\n"
     "vec4 clip=glbk_shown.to_clip*vec4(p,1.);\n"
     "float deep=seen&&clip.w>.0?clamp(clip.z/clip.w*.5+.5,.0,1.):1.;\n"
     "gl_FragDepth=glbk_shown.has_depth!=0u?deep:gl_FragCoord.z;\n"
     "}\n", 0
 };
 
-static const struct { char s0[126]; char end; } glbk__glsl_lib_shown_glsl = {
+static const struct { char s0[108]; char end; } glbk__glsl_lib_shown_glsl = {
     "\nlayout(std140)uniform glbk_shown_block{\n"
     "mat4 to_clip;\n"
-    "uint left;\n"
-    "uint bottom;\n"
-    "uint keep_empty;\n"
-    "uint has_depth;\n"
+    "uint left,bottom,keep_empty,has_depth;\n"
     "}glbk_shown;\n", 0
 };
 
-static const struct { char s0[1498]; char end; } glbk__glsl_prog_gbuffer_draw_frag = {
+static const struct { char s0[1495]; char end; } glbk__glsl_prog_gbuffer_draw_frag = {
     "\n\n\n\nin vec3 glbk_place,glbk_facing;\n"
     "in vec2 glbk_uv;\n"
     "in vec4 glbk_along;\n"
@@ -821,13 +792,13 @@ static const struct { char s0[1498]; char end; } glbk__glsl_prog_gbuffer_draw_fr
     "p.geometric=glbk_unit(cross(dFdx(glbk_place),dFdy(glbk_place)));\n"
     "if(dot(p.geometric,p.geometric)==.0)\n"
     "p.geometric=glbk_unit(glbk_facing);\n"
-    "if(dot(p.geometric,glbk_gbuffer_drawn.eye.xyz-glbk_place)<.0)p.geometric= -p.geometric;\n"
+    "if(dot(p.geometric,glbk_gbuffer_drawn.eye.xyz-glbk_place)<.0)p.geometric=-p.geometric;\n"
     "vec3 n=dot(glbk_facing,glbk_facing)>.0?glbk_unit(glbk_facing):p.geometric;\n"
-    "if(dot(n,p.geometric)<.0)n= -n;\n"
+    "if(dot(n,p.geometric)<.0)n=-n;\n"
     "p.tangent=glbk_unit(glbk_along.xyz-n*dot(glbk_along.xyz,n));\n"
     "if(has(has_normal_map)){\n"
     "vec3 bump=texture(glbk_gbuffer_normal_map,glbk_uv).xyz*2.-1.;\n"
-    "bump.y*=glbk_along.w<.0? -1.:1.;\n"
+    "bump.y*=glbk_along.w<.0?-1.:1.;\n"
     "if(dot(p.tangent,p.tangent)>.0)\n"
     "n=glbk_unit(p.tangent*bump.x+cross(n,p.tangent)*bump.y+n*bump.z);\n"
     "}\n"
@@ -870,7 +841,7 @@ static const struct { char s0[497]; char end; } glbk__glsl_prog_gbuffer_draw_ver
     "}\n", 0
 };
 
-static const struct { char s0[3390]; char end; } glbk__glsl_prog_gbuffer_import_frag = {
+static const struct { char s0[3387]; char end; } glbk__glsl_prog_gbuffer_import_frag = {
     "\n\n\n\n#ifndef GBUFFER_DEPTH\n"
     "#define GBUFFER_DEPTH 0\n"
     "#endif\n"
@@ -933,10 +904,10 @@ static const struct { char s0[3390]; char end; } glbk__glsl_prog_gbuffer_import_
     "if(place.w==.0||dot(n,n)==.0)discard;\n"
     "vec3 view=glbk_gbuffer_imported.eye.xyz-place.xyz;\n"
     "vec3 flat_n=flat_normal(at,place.xyz,n);\n"
-    "if(dot(flat_n,view)<.0)flat_n= -flat_n;\n"
-    "if(dot(n,flat_n)<.0)n= -n;\n"
+    "if(dot(flat_n,view)<.0)flat_n=-flat_n;\n"
+    "if(dot(n,flat_n)<.0)n=-n;\n"
     "if(!has(has_flat)&&dot(n,flat_n)<.25){\n"
-    "flat_n=dot(n,view)<.0? -n:n;\n"
+    "flat_n=dot(n,view)<.0?-n:n;\n"
     "n=flat_n;\n"
     "}\n"
     "vec3 map=vec3(1.);\n"
@@ -989,13 +960,13 @@ static const glbk_file glbk__gbuffer_files[] = {
     { "lib/shown.glsl\0" "" "\0" "" "\0"
       "" "\0" "glbk_shown",
       (const char *)&glbk__glsl_lib_shown_glsl },
-    { "prog/gbuffer_draw.frag\0" "gbuffer_bindings gbuffer_drawn gbuffer_write mesh_fragment gbuffer_drawn" "\0" "gbuffer_draw.vert" "\0"
+    { "prog/gbuffer_draw.frag\0" "gbuffer_bindings gbuffer_drawn gbuffer_write mesh_fragment" "\0" "gbuffer_draw.vert" "\0"
       "| GBUFFER_POSITION=5 GBUFFER_NORMAL=-1 GBUFFER_UV=-1 GBUFFER_TANGENT=-1" "\0" "",
       (const char *)&glbk__glsl_prog_gbuffer_draw_frag },
-    { "prog/gbuffer_draw.vert\0" "gbuffer_drawn mesh_vertex gbuffer_drawn" "\0" "" "\0"
+    { "prog/gbuffer_draw.vert\0" "gbuffer_drawn mesh_vertex" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_gbuffer_draw_vert },
-    { "prog/gbuffer_import.frag\0" "gbuffer_bindings gbuffer_imported gbuffer_write gbuffer_imported" "\0" "screen.vert" "\0"
+    { "prog/gbuffer_import.frag\0" "gbuffer_bindings gbuffer_imported gbuffer_write" "\0" "" "\0"
       "GBUFFER_DEPTH=0 | GBUFFER_DEPTH=1" "\0" "",
       (const char *)&glbk__glsl_prog_gbuffer_import_frag }
 };
@@ -1066,18 +1037,14 @@ GLBK__DEF glbk_result glbk__require_gbuffer(const glbk_context *ctx, const char 
 GLBK__DEF void glbk__name_element(char out[GLBK__ELEMENT_ROOM], const char *array, size_t index,
                                   const char *member)
 {
-    glbk__sink sink = { NULL, GLBK__ELEMENT_ROOM, 0 };
-    char digits[24];
-    size_t at = sizeof digits - 2, number = index;
-
-    memset(out, 0, GLBK__ELEMENT_ROOM);
-    memcpy(digits + at, "]", 2);
-    do digits[--at] = (char)('0' + number % 10);
-    while ((number /= 10) != 0);
-    digits[--at] = '[';
-    sink.out = out;
+    glbk__sink sink;
+    glbk__begin_line(&sink, out);
     glbk__append_text(&sink, array);
-    if (index != GLBK__NO_INDEX) glbk__append_text(&sink, digits + at);
+    if (index != GLBK__NO_INDEX) {
+        glbk__append_text(&sink, "[");
+        glbk__append_number(&sink, index);
+        glbk__append_text(&sink, "]");
+    }
     glbk__append_text(&sink, member);
 }
 

@@ -393,30 +393,26 @@ typedef struct glbk_ism_choice_desc {   /* zero it, then set what you care about
                                            on texels, not between them */
 } glbk_ism_choice_desc;
 
+typedef struct glbk_ism_sheet {         /* numbers that a pass draws and later ones read; zeroed = none */
+    glbk_texture texture;
+    glbk_target  target;                /* of texture */
+} glbk_ism_sheet;
+
 typedef struct glbk_ism_choice {        /* what glbk_ism_choose needs; read only; zeroed = none */
     glbk_ism_choice_desc desc;          /* with its defaults */
-    uint32_t     table;                 /* GL's name of the table of VPLs that is drawn to */
-    glbk_texture boxes[3];              /* of the receivers: 1024, 32, one; two layers have two corners */
-    glbk_texture effects;               /* of all texels on the picture, face above face; R32UI, bits */
-    glbk_texture importances;           /* flux times effect, and flux; RG32UI, bits of floats, as sums */
-    glbk_texture row_sums[GLBK_ISM_SUM_LEVELS];     /* running sums along rows: of each block of 32 texels, of
-                                                       each block of 32 blocks, of all of these */
-    glbk_texture column_sums[GLBK_ISM_SUM_LEVELS];  /* the same of whole rows, one texel wide */
-    glbk_texture drawn;                 /* VPLs, 256 a row: place and area; normal; flux */
-    glbk_target  box_targets[3];        /* of boxes */
-    glbk_target  effect_target;         /* of effects */
-    glbk_target  importance_target;     /* of importances */
-    glbk_target  row_targets[GLBK_ISM_SUM_LEVELS];
-    glbk_target  column_targets[GLBK_ISM_SUM_LEVELS];
-    glbk_target  drawn_target;          /* of drawn */
-    glbk_target  table_target;          /* of the table */
-    glbk_buffer  block;                 /* the uniform block */
-    glbk_program extent[2];             /* draw boxes, the first time and later */
-    glbk_program effect;                /* draws effects */
-    glbk_program weigh;                 /* draws importances */
-    glbk_program scan;                  /* draws running sums */
-    glbk_program choose;                /* draws VPLs */
-    glbk_program edges;                 /* draws the table */
+    uint32_t       table;               /* GL's name of the table of VPLs that is drawn to */
+    glbk_target    table_target;        /* of the table */
+    glbk_ism_sheet boxes[3];            /* of the receivers: 1024, 32, one; two layers have two corners */
+    glbk_ism_sheet effects;             /* of all texels on the picture, face above face; R32UI, bits */
+    glbk_ism_sheet importances;         /* flux times effect, and flux; RG32UI, bits of floats, as sums */
+    glbk_ism_sheet row_sums[GLBK_ISM_SUM_LEVELS];       /* running sums along rows: of each block of 32
+                                                           texels, of each block of 32 blocks, of all of
+                                                           these */
+    glbk_ism_sheet column_sums[GLBK_ISM_SUM_LEVELS];    /* the same of whole rows, one texel wide */
+    glbk_ism_sheet drawn;               /* VPLs, 256 a row: place and area; normal; flux */
+    glbk_buffer    block;               /* the uniform block */
+    glbk_program   programs[7];         /* draw importances, running sums, VPLs and the table, then effects,
+                                           and boxes the first time and later */
 } glbk_ism_choice;
 
 GLBK_DEF glbk_result glbk_ism_choice_create(glbk_context *ctx, const glbk_ism_maps *maps,
@@ -460,11 +456,6 @@ GLBK_DEF void glbk_ism_choice_free(glbk_context *ctx, glbk_ism_choice *choice);
 #ifndef GLBK_ISM_WITHOUT_CHOICE
 /* ---- surfels scattered on the GPU: with glbk_ism_choose, nothing of a frame comes from the CPU ---- */
 
-typedef struct glbk_ism_sheet {         /* numbers that a pass draws and later ones read; zeroed = none */
-    glbk_texture texture;
-    glbk_target  target;                /* of texture */
-} glbk_ism_sheet;
-
 typedef struct glbk_ism_spread {        /* what glbk_ism_scatter needs; read only; zeroed = none */
     uint32_t table;                     /* GL's name of the table of VPLs of the maps it was made for */
     uint32_t width, height;             /* of the picture that it has room for; 0 = none yet */
@@ -486,7 +477,8 @@ typedef struct glbk_ism_spread {        /* what glbk_ism_scatter needs; read onl
     glbk_ism_sheet counts;              /* surfels of each VPL; R32UI, whole numbers */
     glbk_target    surfel_target;       /* of a layer of the maps' tables of surfels */
     glbk_buffer    block;               /* the uniform block */
-    glbk_program   see, list, measure, gather, weigh, share, run, count, scatter;
+    glbk_program   programs[9];         /* draw sizes, masses, shares, sums, counts and surfels, then seen and
+                                           receivers, then effects */
 } glbk_ism_spread;
 
 GLBK_DEF glbk_result glbk_ism_spread_create(glbk_context *ctx, const glbk_ism_maps *maps,
@@ -793,98 +785,6 @@ static inline uint32_t glbk_ism__hash_combine(uint32_t a, uint32_t b)
 /* Returns the upper 24 bits as a number in [0, 1). Every such value is a float; the largest is 1 - 2^-24. */
 static inline float glbk_ism__to_unit(uint32_t bits) { return (float)(bits >> 8) * (1.0f / 16777216.0f); }
 
-/* ==== src/shared/message.h ==== */
-
-/* unit message: one line for the caller's log that says why a call failed */
-
-/* GLBK_ISM__COLD stands before functions that are needed only by calls that fail: compilers make these functions
-   small, and take branches to them for unlikely. */
-#if defined(__GNUC__) && !defined(__TINYC__)
-#define GLBK_ISM__COLD __attribute__((cold))
-#else
-#define GLBK_ISM__COLD
-#endif
-
-typedef struct glbk_ism__message { char text[256]; size_t used; } glbk_ism__message;
-
-/* Appends a text; what does not fit is cut off. */
-static inline GLBK_ISM__COLD void glbk_ism__message_text(glbk_ism__message *m, const char *s)
-{
-    while (*s && m->used + 1 < sizeof m->text) m->text[m->used++] = *s++;
-    m->text[m->used] = 0;
-}
-
-static inline GLBK_ISM__COLD void glbk_ism__message_count(glbk_ism__message *m, uint64_t value)
-{
-    char digits[24];
-    size_t at = sizeof digits - 1;
-    digits[at] = 0;
-    do digits[--at] = (char)('0' + (int)(value % 10));
-    while ((value /= 10) != 0);
-    glbk_ism__message_text(m, digits + at);
-}
-
-/* Writes six significant digits without the zeros at their end. Returns how many digits are left and writes
-   *exponent, the power of ten of the first one. value is finite and above 0. */
-static inline GLBK_ISM__COLD int glbk_ism__message_digits(double value, char digits[8], int *exponent)
-{
-    uint32_t whole;
-    int count = 6, i;
-
-    for (*exponent = 5; value >= 999999.5; value /= 10.0) ++*exponent;
-    for (; value < 99999.95; value *= 10.0) --*exponent;
-    whole = (uint32_t)(value + 0.5);
-    if (whole > 999999) {
-        whole = 100000;
-        ++*exponent;
-    }
-    for (; count > 1 && whole % 10 == 0; count--) whole /= 10;
-    for (i = count; i > 0; whole /= 10) digits[--i] = (char)('0' + (int)(whole % 10));
-    digits[count] = 0;
-    return count;
-}
-
-/* Appends a number, in the same way in every locale: whole numbers below 2^53 with all their digits, others
-   with six, as in 0.25, -3, 1.5e-7. */
-static inline GLBK_ISM__COLD void glbk_ism__message_number(glbk_ism__message *m, double value)
-{
-    char digits[8], first[2] = { 0, 0 };
-    int exponent, count, i;
-
-    if (value != value) {
-        glbk_ism__message_text(m, "not a number");
-        return;
-    }
-    if (value < 0.0) glbk_ism__message_text(m, "-");
-    if (value < 0.0) value = -value;
-    if (!(value > 0.0) || value > 1.7976931348623157e308) {
-        glbk_ism__message_text(m, value > 0.0 ? "infinity" : "0");
-        return;
-    }
-    if (value < 9007199254740992.0 && value - (double)(uint64_t)value <= 0.0) {
-        glbk_ism__message_count(m, (uint64_t)value);
-        return;
-    }
-    count = glbk_ism__message_digits(value, digits, &exponent);
-    first[0] = digits[0];
-    if (exponent < -4 || exponent > 9) {
-        glbk_ism__message_text(m, first);
-        if (count > 1) glbk_ism__message_text(m, ".");
-        glbk_ism__message_text(m, digits + 1);
-        glbk_ism__message_text(m, exponent < 0 ? "e-" : "e");
-        glbk_ism__message_count(m, (uint64_t)(exponent < 0 ? -exponent : exponent));
-        return;
-    }
-    if (exponent < 0) glbk_ism__message_text(m, "0.");
-    for (i = exponent; i < -1; i++) glbk_ism__message_text(m, "0");
-    for (i = 0; i < count; i++) {
-        if (exponent >= 0 && i == exponent + 1) glbk_ism__message_text(m, ".");
-        first[0] = digits[i];
-        glbk_ism__message_text(m, first);
-    }
-    for (i = count; i <= exponent; i++) glbk_ism__message_text(m, "0");
-}
-
 /* ==== src/shared/gl_memory.h ==== */
 
 /* unit gl_memory, needs mem: the allocator of a glbk_context (gl_backend.h) */
@@ -898,7 +798,7 @@ static inline glbk_ism__allocator glbk_ism__memory(const glbk_context *ctx)
 /* ==== GLSL of src/gl_ism ==== */
 
 
-static const struct { char s0[3975]; char s1[485]; char end; } glbk__ism_files_lib_cohsm_math_glsl = {
+static const struct { char s0[3553]; char end; } glbk__ism_files_lib_cohsm_math_glsl = {
     "\n\n\n\n\n\n#define COHSM_PI 3.14159265\n"
     "#define COHSM_BELOW_1 0.99999994\n"
     "#define COHSM_HUGE 3.402823466e38\n"
@@ -921,24 +821,14 @@ static const struct { char s0[3975]; char s1[485]; char end; } glbk__ism_files_l
     "\n\nvec2 cohsm_sincos(float x)\n"
     "{\n"
     "float t=clamp(x,-8192.,8192.);\n"
-    "int k=int(t*.636619772+(t<.0? -.5:.5));\n"
+    "int k=int(t*.636619772+(t<.0?-.5:.5));\n"
     "float q=float(k);\n"
     "float r=((t-q*1.5703125)-q*4.837512969970703125e-4)-q*7.5497899548918822e-8;\n"
     "float z=r*r;\n"
-    "float s=r+r*z*(-.1666665494+z*(.008332178146+z* -.0001951729898));\n"
+    "float s=r+r*z*(-.1666665494+z*(.008332178146+z*-.0001951729898));\n"
     "float c=(1.-.5*z)+z*z*(.04166664687+z*(-.001388736752+z*2.443845159e-5));\n"
     "vec2 v=cohsm_if((k&1)!=0,vec2(c,s),vec2(s,c));\n"
     "return vec2(cohsm_if((k&2)!=0,-v.x,v.x),cohsm_if(((k+1)&2)!=0,-v.y,v.y));\n"
-    "}\n"
-    "\nfloat cohsm_acos(float x)\n"
-    "{\n"
-    "float a=min(abs(x),1.),h=.5*(1.-a);\n"
-    "bool far=a>.5;\n"
-    "float s=cohsm_if(far,sqrt(h),a),z=cohsm_if(far,h,a*a);\n"
-    "float p=s+s*z*(.1666675393+z*(.07495241769+z*(.04547709903+z*(.02414760004+\n"
-    "z*.04221856856))));\n"
-    "p=cohsm_if(far,2.*p,1.57079633-p);\n"
-    "return cohsm_if(x<.0,3.14159265-p,p);\n"
     "}\n"
     "\n\nfloat cohsm_atan2(float y,float x)\n"
     "{\n"
@@ -959,7 +849,7 @@ static const struct { char s0[3975]; char s1[485]; char end; } glbk__ism_files_l
     "float r=(t-k*.693145752)-k*1.42860677e-6;\n"
     "float p=1.+(r+r*r*(.500000008+r*(.166666669+r*(.0416662701+r*(.00833326438+\n"
     "r*.00139460621)))));\n"
-    "return cohsm_if(t< -87.,.0,p*uintBitsToFloat(uint(int(k)+127)<<23));\n"
+    "return cohsm_if(t<-87.,.0,p*uintBitsToFloat(uint(int(k)+127)<<23));\n"
     "}\n"
     "\n\n\nfloat cohsm_log(float x)\n"
     "{\n"
@@ -994,32 +884,12 @@ static const struct { char s0[3975]; char s1[485]; char end; } glbk__ism_files_l
     "}\n"
     "\n\nvoid cohsm_basis(vec3 n,out vec3 t,out vec3 b)\n"
     "{\n"
-    "float s=n.z>=.0?1.: -1.,a= -1./(s+n.z),c=n.x*n.y*a;\n"
+    "float s=n.z>=.0?1.:-1.,a=-1./(s+n.z),c=n.x*n.y*a;\n"
     "t=vec3(1.+s*n.x*n.x*a,s*c,-s*n.x);\n"
     "b=vec3(c,s+n.y*n.y*a,-n.y);\n"
     "}\n"
-    "\n\n\nvec3 cohsm_octa_direction(vec2 uv)\n"
-    "{\n"
-    "float a=2.*uv.x-1.,b=2.*uv.y-1.,x=abs(a),z=abs(b);\n"
-    "float d=1.-(x+z),r=1.-abs(d),f=r*sqrt(2.-r*r);\n"
-    "vec2 sc=cohsm_sincos(cohsm_if(r>.0,((z-x)/r+1.)*.785398163,.0));\n"
-    "return vec3(cohsm_if(a<.0,-f*sc.y,f*sc.y),cohsm_if(d<.0,r*r-1.,1.-r*r),\n"
-    "cohsm_if(b<.0,-f*sc.x,f*sc.x));\n"
-    "}\n"
-    "\n\nvec2 cohsm_octa_square(vec3 n)\n"
-    "{\n"
-    "float r=sqrt((n.x*n.x+n.z*n.z)/(1.+abs(n.y)));\n"
-    "float b=cohsm_atan2(abs(n.z),abs(n.x))*.636619772*r,a=r-b,t=a;\n"
-    "if(n.y<.0){\n"
-    "a=1.-b;\n"
-    "b=1.-t;\n"
-    "}\n"
-    "a=clamp(a,.0,1.);\n"
-    "b=clamp(b,.0,1.);\n"
-    "return .5*vec2(cohsm_if(n.x<.0,1.-a,1.+a),cohsm_if(n.z<.0,1.-b,1.+b));\n"
-    "}\n"
     "\n\nvec2 cohsm_concentric(vec2 uv)\n"
-    "{\n",
+    "{\n"
     "float a=2.*uv.x-1.,b=2.*uv.y-1.,r,phi;\n"
     "if(abs(a)>abs(b)){\n"
     "r=a;\n"
@@ -1034,17 +904,17 @@ static const struct { char s0[3975]; char s1[485]; char end; } glbk__ism_files_l
     "{\n"
     "float r=sqrt(p.x*p.x+p.y*p.y),a,b;\n"
     "if(abs(p.x)>abs(p.y)){\n"
-    "a=p.x>.0?r: -r;\n"
+    "a=p.x>.0?r:-r;\n"
     "b=a*(4./COHSM_PI)*cohsm_atan2(p.y/p.x,1.);\n"
     "}else{\n"
-    "b=p.y>.0?r: -r;\n"
+    "b=p.y>.0?r:-r;\n"
     "a=r>.0?b*(4./COHSM_PI)*cohsm_atan2(p.x/p.y,1.):.0;\n"
     "}\n"
     "return vec2(cohsm_clamp_unit(.5*(a+1.)),cohsm_clamp_unit(.5*(b+1.)));\n"
     "}\n", 0
 };
 
-static const struct { char s0[2066]; char end; } glbk__glsl_lib_ism_access_glsl = {
+static const struct { char s0[2065]; char end; } glbk__glsl_lib_ism_access_glsl = {
     "\n\n\n#define ISM_TEXEL(i) uintBitsToFloat(texelFetch(glbk_ism_vpls, glbk_table_at(i), 0))\n"
     "\nstruct ism_grid{\n"
     "float exponent;\n"
@@ -1085,7 +955,7 @@ static const struct { char s0[2066]; char end; } glbk__glsl_lib_ism_access_glsl 
     "l.axis=l.exponent!=1.?d.xyz:l.normal;\n"
     "l.window=uint(d.w);\n"
     "l.grid=ism_grid_of(a.w,l.window);\n"
-    "bool about_axis=ism_projection_of(l.exponent)==ISM_PROJECTION_LOBE&& !l.sky;\n"
+    "bool about_axis=ism_projection_of(l.exponent)==ISM_PROJECTION_LOBE&&!l.sky;\n"
     "l.basis=ism_basis_of(about_axis?l.axis:l.normal);\n"
     "return l;\n"
     "}\n"
@@ -1122,64 +992,38 @@ static const struct { char s0[2066]; char end; } glbk__glsl_lib_ism_access_glsl 
     "}\n", 0
 };
 
-static const struct { char s0[1726]; char end; } glbk__glsl_lib_ism_bindings_glsl = {
-    "\nuniform usampler2DArray glbk_ism_vpls;\n"
-    "uniform usampler2DArray glbk_ism_surfels;\n"
-    "uniform usampler2DArray glbk_ism_triangles;\n"
+static const struct { char s0[1130]; char end; } glbk__glsl_lib_ism_bindings_glsl = {
+    "\nuniform usampler2DArray glbk_ism_vpls,glbk_ism_surfels,glbk_ism_triangles;\n"
     "uniform sampler2DArray glbk_ism_positions;\n"
     "uniform usampler2D glbk_ism_atlas;\n"
     "uniform glbk_color_sampler glbk_ism_planes;\n"
     "uniform usampler2D glbk_ism_below;\n"
     "uniform glbk_color_sampler glbk_ism_light;\n"
-    "uniform usampler2D glbk_ism_pull1;\n"
-    "uniform usampler2D glbk_ism_pull2;\n"
-    "uniform usampler2D glbk_ism_pull3;\n"
-    "uniform usampler2DArray glbk_ism_texels;\n"
-    "uniform usampler2DArray glbk_ism_drawn;\n"
-    "uniform usampler2DArray glbk_ism_box;\n"
-    "uniform usampler2D glbk_ism_effects;\n"
-    "uniform usampler2D glbk_ism_summed;\n"
-    "uniform usampler2D glbk_ism_importances;\n"
-    "uniform usampler2D glbk_ism_row_sums0;\n"
-    "uniform usampler2D glbk_ism_row_sums1;\n"
-    "uniform usampler2D glbk_ism_row_sums2;\n"
-    "uniform usampler2D glbk_ism_column_sums0;\n"
-    "uniform usampler2D glbk_ism_column_sums1;\n"
-    "uniform usampler2D glbk_ism_column_sums2;\n"
-    "uniform usampler2D glbk_ism_values;\n"
+    "uniform usampler2D glbk_ism_pull1,glbk_ism_pull2,glbk_ism_pull3;\n"
+    "uniform usampler2DArray glbk_ism_texels,glbk_ism_drawn,glbk_ism_box;\n"
+    "uniform usampler2D glbk_ism_effects,glbk_ism_summed,glbk_ism_importances,\n"
+    "glbk_ism_row_sums0,glbk_ism_row_sums1,glbk_ism_row_sums2,glbk_ism_column_sums0,\n"
+    "glbk_ism_column_sums1,glbk_ism_column_sums2,glbk_ism_values;\n"
     "uniform usampler2DArray glbk_ism_clusters;\n"
-    "uniform usampler2D glbk_ism_shares;\n"
-    "uniform usampler2D glbk_ism_runs0;\n"
-    "uniform usampler2D glbk_ism_runs1;\n"
-    "uniform usampler2D glbk_ism_runs2;\n"
-    "uniform usampler2D glbk_ism_runs3;\n"
-    "uniform usampler2D glbk_ism_effect_totals;\n"
-    "uniform usampler2D glbk_ism_totals;\n"
-    "uniform usampler2D glbk_ism_runs4;\n"
-    "uniform usampler2D glbk_ism_counts;\n"
-    "uniform usampler2D glbk_ism_receivers;\n"
-    "uniform usampler2D glbk_ism_masses;\n"
-    "uniform usampler2D glbk_ism_sizes;\n"
+    "uniform usampler2D glbk_ism_shares,glbk_ism_runs0,glbk_ism_runs1,glbk_ism_runs2,\n"
+    "glbk_ism_runs3,glbk_ism_effect_totals,glbk_ism_totals,glbk_ism_runs4,\n"
+    "glbk_ism_counts,glbk_ism_receivers,glbk_ism_masses,glbk_ism_sizes;\n"
     "#if __VERSION__ >= 430\n"
     "layout(rgba32f,binding=0)writeonly uniform image2D glbk_ism_planes_out;\n"
-    "#endif\n"
-    "#if __VERSION__ >= 430\n"
     "layout(r32ui,binding=1)writeonly uniform uimage2D glbk_ism_atlas_out;\n"
-    "#endif\n"
-    "#if __VERSION__ >= 430\n"
     "layout(rgba32f,binding=2)writeonly uniform image2D glbk_ism_light_out;\n"
     "#endif\n", 0
 };
 
-static const struct { char s0[753]; char end; } glbk__glsl_lib_ism_blur_glsl = {
+static const struct { char s0[751]; char end; } glbk__glsl_lib_ism_blur_glsl = {
     "\n\n\n\n\n\nbool ism_neighbour(ivec2 at,out ism_receiver r,out vec4 light);\n"
     "\n\nvec4 ism_smooth(ivec2 at,ism_receiver c)\n"
     "{\n"
     "int r=int(glbk_ism_view.interleave)/2;\n"
     "vec4 sum=vec4(.0);\n"
     "float weights=.0;\n"
-    "for(int j= -r;j<=r;j++)\n"
-    "for(int i= -r;i<=r;i++){\n"
+    "for(int j=-r;j<=r;j++)\n"
+    "for(int i=-r;i<=r;i++){\n"
     "ism_receiver o;\n"
     "vec4 light;\n"
     "if(!ism_neighbour(at+ivec2(i,j),o,light))continue;\n"
@@ -1199,27 +1043,13 @@ static const struct { char s0[753]; char end; } glbk__glsl_lib_ism_blur_glsl = {
     "}\n", 0
 };
 
-static const struct { char s0[401]; char end; } glbk__glsl_lib_ism_choosing_glsl = {
+static const struct { char s0[312]; char end; } glbk__glsl_lib_ism_choosing_glsl = {
     "\nlayout(std140)uniform glbk_ism_choosing_block{\n"
     "mat4 world_to_clip;\n"
-    "uint width;\n"
-    "uint face_height;\n"
-    "uint vpl_count;\n"
-    "uint inter_texel;\n"
+    "uint width,face_height,vpl_count,inter_texel;\n"
     "float shift;\n"
-    "uint shift_bits;\n"
-    "uint columns;\n"
-    "uint pace;\n"
-    "uint value_count;\n"
-    "uint first_column;\n"
-    "uint view_width;\n"
-    "uint view_height;\n"
-    "uint grid_side;\n"
-    "uint guided;\n"
-    "uint by_effect;\n"
-    "uint by_mean;\n"
-    "uint blur_radius;\n"
-    "uint seed;\n"
+    "uint shift_bits,columns,pace,value_count,first_column,view_width,view_height,\n"
+    "grid_side,guided,by_effect,by_mean,blur_radius,seed;\n"
     "float flux_factor;\n"
     "uint unused0;\n"
     "}glbk_ism_choosing;\n", 0
@@ -1240,20 +1070,20 @@ static const struct { char s0[383]; char end; } glbk__glsl_lib_ism_corners_glsl 
     "\n\nvec3 ism_normal2(ism_corners p){return cross(p.b-p.a,p.c-p.a);}\n", 0
 };
 
-static const struct { char s0[270]; char end; } glbk__glsl_lib_ism_densities_glsl = {
+static const struct { char s0[284]; char end; } glbk__glsl_lib_ism_densities_glsl = {
     "\n\n\n\n\nfloat ism_density(vec2 sizes)\n"
     "{\n"
     "vec2 all=uintBitsToFloat(texelFetch(glbk_ism_totals,ivec2(0),0).xy);\n"
     "float by_area=1.,by_solid=.0;\n"
     "if(all.y>.0){\n"
-    "by_area=ISM_S.area_share;\n"
+    "by_area=glbk_ism_scattering.area_share;\n"
     "by_solid=(1.-by_area)/all.y;\n"
     "}\n"
     "return sizes.x*(by_area/max(all.x,1e-37))+sizes.y*by_solid;\n"
     "}\n", 0
 };
 
-static const struct { char s0[3594]; char end; } glbk__glsl_lib_ism_disc_glsl = {
+static const struct { char s0[3586]; char end; } glbk__glsl_lib_ism_disc_glsl = {
     "\n\n#define ISM_DEEPEST 1.84467429e19\n"
     "\nstruct ism_surfel{\n"
     "vec3 at;\n"
@@ -1283,13 +1113,13 @@ static const struct { char s0[3594]; char end; } glbk__glsl_lib_ism_disc_glsl = 
     "s.depth=sqrt(d2);\n"
     "s.at=o;\n"
     "s.g=o/d2;\n"
-    "if(!(d2>1e-30)|| !(o.z>1e-3*s.depth))return false;\n"
+    "if(!(d2>1e-30)||!(o.z>1e-3*s.depth))return false;\n"
     "\n\nbool lobe=ism_projection_of(l.exponent)==ISM_PROJECTION_LOBE;\n"
-    "if(lobe&& !(abs(dot(basis*o,l.normal))>1e-3*s.depth))return false;\n"
-    "s.radius2=min(s.radius2,(along>.0&&s.cut1.w< -1.?.04:1.)*d2);\n"
+    "if(lobe&&!(abs(dot(basis*o,l.normal))>1e-3*s.depth))return false;\n"
+    "s.radius2=min(s.radius2,(along>.0&&s.cut1.w<-1.?.04:1.)*d2);\n"
     "if(abs(along)>1e-3*s.depth)s.g=n/along;\n"
     "if(!ism_map_coordinates(ism_projection_of(l.exponent),l.exponent,o/s.depth,s.uv))return false;\n"
-    "\n\nif(s.cut1.w< -1.){\n"
+    "\n\nif(s.cut1.w<-1.){\n"
     "float away=1.+sqrt(s.radius2)/s.depth;\n"
     "s.at*=away;\n"
     "s.g/=away;\n"
@@ -1337,7 +1167,7 @@ static const struct { char s0[3594]; char end; } glbk__glsl_lib_ism_disc_glsl = 
     "if(!ism_dither(tile,uintBitsToFloat(t.w)))return false;\n"
     "vec3 p=ism_corner(t.x),e1=ism_corner(t.y)-p,e2=ism_corner(t.z)-p,n=cross(e1,e2);\n"
     "float length2=dot(n,n),size=sqrt(length2);\n"
-    "if(!(length2>.0)|| !cohsm_finite(length2))return false;\n"
+    "if(!(length2>.0)||!cohsm_finite(length2))return false;\n"
     "vec2 b=uintBitsToFloat(surfel.yz);\n"
     "float area=glbk_ism_frame.splat_scale*share*.5*size;\n"
     "p+=e1*b.x+e2*b.y;\n"
@@ -1356,11 +1186,11 @@ static const struct { char s0[3594]; char end; } glbk__glsl_lib_ism_disc_glsl = 
     "vec3 d=(sky?vec3(w.xy*glbk_ism_frame.sphere.w,t):w*t)-s.at;\n"
     "if(!(dot(d,d)<=s.radius2))return ISM_FAR;\n"
     "vec2 b=vec2(s.cut1.w+dot(d,s.cut1.xyz),s.cut2.w+dot(d,s.cut2.xyz));\n"
-    "return s.cut1.w> -1.&& !(min(b.x,b.y)>= -1e-4&&b.x+b.y<=1.0001)?ISM_FAR:t;\n"
+    "return s.cut1.w>-1.&&!(min(b.x,b.y)>=-1e-4&&b.x+b.y<=1.0001)?ISM_FAR:t;\n"
     "}\n", 0
 };
 
-static const struct { char s0[1154]; char end; } glbk__glsl_lib_ism_fill_glsl = {
+static const struct { char s0[1152]; char end; } glbk__glsl_lib_ism_fill_glsl = {
     "\n\n#define ISM_HOLE 2\n"
     "\n\nvec4 ism_plane_at(ivec2 at){return glbk_unpack(texelFetch(glbk_ism_planes,at,0));}\n"
     "\n\n\nuint ism_quadrant(ivec2 d)\n"
@@ -1377,9 +1207,9 @@ static const struct { char s0[1154]; char end; } glbk__glsl_lib_ism_fill_glsl = 
     "\n\nuint ism_turn(uint sectors,int by){return(sectors<<by|sectors>>(8-by))&255u;}\n"
     "\n\n\n\nbool ism_surrounded(uint found,uint close,uint beyond)\n"
     "{\n"
-    "uint along=(ism_turn(beyond,1)|ism_turn(beyond,7))& ~beyond;\n"
+    "uint along=(ism_turn(beyond,1)|ism_turn(beyond,7))&~beyond;\n"
     "if(((found|ism_turn(close,1)|ism_turn(close,7))&along)==along)found|=beyond;\n"
-    "uint open= ~found&255u;\n"
+    "uint open=~found&255u;\n"
     "return(open&ism_turn(open,1)&ism_turn(open,2))==0u;\n"
     "}\n"
     "\n\n\n\n\nuint ism_pull(int level,ivec2 cell,uvec4 parts)\n"
@@ -1402,9 +1232,8 @@ static const struct { char s0[1154]; char end; } glbk__glsl_lib_ism_fill_glsl = 
     "}\n", 0
 };
 
-static const struct { char s0[1043]; char end; } glbk__glsl_lib_ism_fold_glsl = {
-    "\n\n\n#define ISM_S glbk_ism_scattering\n"
-    "\n\n\nivec2 ism_fold(uint i,uint count,uint row)\n"
+static const struct { char s0[1008]; char end; } glbk__glsl_lib_ism_fold_glsl = {
+    "\n\n\n\n\n\nivec2 ism_fold(uint i,uint count,uint row)\n"
     "{\n"
     "return ivec2(i&1023u,row*((count+1023u)>>10)+(i>>10));\n"
     "}\n"
@@ -1430,7 +1259,7 @@ static const struct { char s0[1043]; char end; } glbk__glsl_lib_ism_fold_glsl = 
     "for(int k=0;k<5;k++){\n"
     "uint middle=(lo+hi)>>1;\n"
     "float sum=ism_folded(sums,middle,count,row);\n"
-    "bool past=lo<hi&& !(sum>x);\n"
+    "bool past=lo<hi&&!(sum>x);\n"
     "if(past){\n"
     "lo=middle+1u;\n"
     "before=sum;\n"
@@ -1442,25 +1271,14 @@ static const struct { char s0[1043]; char end; } glbk__glsl_lib_ism_fold_glsl = 
     "}\n", 0
 };
 
-static const struct { char s0[377]; char end; } glbk__glsl_lib_ism_frame_glsl = {
+static const struct { char s0[301]; char end; } glbk__glsl_lib_ism_frame_glsl = {
     "\nlayout(std140)uniform glbk_ism_frame_block{\n"
-    "uint vpl_count;\n"
-    "uint tile_side;\n"
-    "uint tiles_across;\n"
-    "uint surfel_count;\n"
-    "uint vpl_capacity;\n"
-    "uint phase_surfel_count;\n"
-    "uint fill_levels;\n"
-    "uint triangle_count;\n"
+    "uint vpl_count,tile_side,tiles_across,surfel_count,vpl_capacity,\n"
+    "phase_surfel_count,fill_levels,triangle_count;\n"
     "vec4 sphere;\n"
     "float splat_scale;\n"
-    "uint window_rim;\n"
-    "uint near_point_count;\n"
-    "uint first_sphere;\n"
-    "uint first_near_point;\n"
-    "uint first_surfel;\n"
-    "uint unused0;\n"
-    "uint unused1;\n"
+    "uint window_rim,near_point_count,first_sphere,first_near_point,first_surfel,\n"
+    "unused0,unused1;\n"
     "}glbk_ism_frame;\n", 0
 };
 
@@ -1492,7 +1310,7 @@ static const struct { char s0[303]; char end; } glbk__glsl_lib_ism_hash_glsl = {
     "\n\nfloat ism_to_unit(uint bits){return float(bits>>8)*(1./16777216.);}\n", 0
 };
 
-static const struct { char s0[629]; char end; } glbk__glsl_lib_ism_holes_glsl = {
+static const struct { char s0[627]; char end; } glbk__glsl_lib_ism_holes_glsl = {
     "\n\n\n\nfloat ism_depth(ivec2 at);\n"
     "\n\n\nbool ism_hole(ism_grid grid,ivec2 at,float c)\n"
     "{\n"
@@ -1500,8 +1318,8 @@ static const struct { char s0[629]; char end; } glbk__glsl_lib_ism_holes_glsl = 
     "ivec2 local=at&(size-1);\n"
     "vec3 w=ism_texel_direction(grid,local);\n"
     "uint found=0u;\n"
-    "for(int dy= -ISM_HOLE;dy<=ISM_HOLE;dy++)\n"
-    "for(int dx= -ISM_HOLE;dx<=ISM_HOLE;dx++){\n"
+    "for(int dy=-ISM_HOLE;dy<=ISM_HOLE;dy++)\n"
+    "for(int dx=-ISM_HOLE;dx<=ISM_HOLE;dx++){\n"
     "ivec2 d=ivec2(dx,dy),there=local+d;\n"
     "if(any(lessThan(there,ivec2(0)))||any(greaterThanEqual(there,ivec2(size)))){\n"
     "found|=ism_quadrant(d);\n"
@@ -1516,18 +1334,18 @@ static const struct { char s0[629]; char end; } glbk__glsl_lib_ism_holes_glsl = 
     "}\n", 0
 };
 
-static const struct { char s0[1243]; char end; } glbk__glsl_lib_ism_inter_texel_glsl = {
+static const struct { char s0[1265]; char end; } glbk__glsl_lib_ism_inter_texel_glsl = {
     "\n\n\n\n\n\n\nvoid ism_inter_texel(ivec2 texel,vec2 fraction,inout vec3 position,inout vec3 normal)\n"
     "{\n"
     "vec2 s=fraction-.5,from,to;\n"
     "vec3 p0=position,n0=normal,sum=vec3(.0),mixed=vec3(.0),offsets[4],normals[4];\n"
     "float weights=.0,shares[4],behind=.0;\n"
-    "int height=int(ISM_C.face_height),face=texel.y/height;\n"
+    "int height=int(glbk_ism_choosing.face_height),face=texel.y/height;\n"
     "ivec2 lowest=ivec2(0,face*height);\n"
-    "ivec2 highest=lowest+ivec2(int(ISM_C.width),height)-1;\n"
+    "ivec2 highest=lowest+ivec2(int(glbk_ism_choosing.width),height)-1;\n"
     "ivec2 beside=ivec2(1);\n"
-    "if(s.x<.0)beside.x= -1;\n"
-    "if(s.y<.0)beside.y= -1;\n"
+    "if(s.x<.0)beside.x=-1;\n"
+    "if(s.y<.0)beside.y=-1;\n"
     "bool known=ism_to_clip(p0,from);\n"
     "for(int k=0;k<4;k++){\n"
     "ivec2 pick=ivec2(k&1,k>>1),at=texel+pick*beside,kept=clamp(at,lowest,highest);\n"
@@ -1560,7 +1378,7 @@ static const struct { char s0[1243]; char end; } glbk__glsl_lib_ism_inter_texel_
     "}\n", 0
 };
 
-static const struct { char s0[3998]; char s1[3830]; char end; } glbk__glsl_lib_ism_light_glsl = {
+static const struct { char s0[3984]; char s1[3829]; char end; } glbk__glsl_lib_ism_light_glsl = {
     "\n\n\n\n\n\n\n\n#ifndef ISM_NEAR\n"
     "#define ISM_NEAR 6\n"
     "#elif ISM_NEAR == 0\n"
@@ -1579,7 +1397,7 @@ static const struct { char s0[3998]; char s1[3830]; char end; } glbk__glsl_lib_i
     "vec3 o=(p-glbk_ism_frame.sphere.xyz)*basis;\n"
     "float r=glbk_ism_frame.sphere.w,depth=o.z+r;\n"
     "vec2 uv=.5*o.xy/r+.5;\n"
-    "if(!(n.z< -ISM_GRAZING))return .0;\n"
+    "if(!(n.z<-ISM_GRAZING))return .0;\n"
     "if(any(lessThan(uv,vec2(.0)))||any(greaterThanEqual(uv,vec2(1.))))return 1.;\n"
     "texel=min(ivec2(ism_to_tile(l.grid,uv)),size-1);\n"
     "vec2 d=(2.*ism_from_tile(l.grid,vec2(texel)+.5)-1.)*r-o.xy;\n"
@@ -1589,8 +1407,8 @@ static const struct { char s0[3998]; char s1[3830]; char end; } glbk__glsl_lib_i
     "vec3 o=(p-l.position)*basis;\n"
     "float d=sqrt(dot(o,o));\n"
     "vec2 uv;\n"
-    "if(!(o.z>.0)|| !(d>.0))return 1.;\n"
-    "if(!(dot(n,o)< -ISM_GRAZING*d))return .0;\n"
+    "if(!(o.z>.0)||!(d>.0))return 1.;\n"
+    "if(!(dot(n,o)<-ISM_GRAZING*d))return .0;\n"
     "if(!ism_map_coordinates(ism_projection_of(l.exponent),l.exponent,o/d,uv))return 1.;\n"
     "texel=min(ivec2(ism_to_tile(l.grid,uv)),size-1);\n"
     "float t=uintBitsToFloat(texelFetch(glbk_ism_atlas,tile+texel,0).x);\n"
@@ -1612,10 +1430,10 @@ static const struct { char s0[3998]; char s1[3830]; char end; } glbk__glsl_lib_i
     "float sum=.0;\n"
     "bool cut=false;\n"
     "for(int i=0;i<4;i++){\n"
-    "vec3 a=d+(i==0||i==3? -x:x)+(i<2? -y:y);\n"
-    "vec3 b=d+(i<2?x: -x)+(i==0||i==3? -y:y);\n"
+    "vec3 a=d+(i==0||i==3?-x:x)+(i<2?-y:y);\n"
+    "vec3 b=d+(i<2?x:-x)+(i==0||i==3?-y:y);\n"
     "float ha=dot(n,a),hb=dot(n,b);\n"
-    "if(!(ha>.0)&& !(hb>.0))continue;\n"
+    "if(!(ha>.0)&&!(hb>.0))continue;\n"
     "if((ha>.0)!=(hb>.0)){\n"
     "vec3 at=a+(b-a)*(ha/(ha-hb));\n"
     "cut=true;\n"
@@ -1635,22 +1453,22 @@ static const struct { char s0[3998]; char s1[3830]; char end; } glbk__glsl_lib_i
     "\n\n\nfloat ism_patch_kernel(mat3 basis,float edge,vec3 d,vec3 n,float point,out float square)\n"
     "{\n"
     "float share,form=ism_form_factor(n,d,basis[0]*(.5*edge),basis[1]*(.5*edge),share);\n"
-    "float facing= -2.*dot(n,basis[2]);\n"
+    "float facing=-2.*dot(n,basis[2]);\n"
     "square=form=form>.0&&share>.0?form*COHSM_PI/(edge*edge*share):.0;\n"
-    "if(!(facing>.0)|| !(form>point))return form;\n"
+    "if(!(facing>.0)||!(form>point))return form;\n"
     "return form+min(facing,1.)*(point-form);\n"
     "}\n"
     "\n\nfloat ism_sphere_kernel(vec3 d,vec3 normal,vec3 n,float edge)\n"
     "{\n"
     "float r2=edge*edge*(1./COHSM_PI),d2=dot(d,d),sum=.0;\n"
-    "float least=d2>r2?sqrt(1.-r2/d2): -1.;\n"
+    "float least=d2>r2?sqrt(1.-r2/d2):-1.;\n"
     "mat3 basis=ism_basis_of(cohsm_normalize(d));\n"
     "for(int k=0;k<16;k++){\n"
     "float cosine=1.-(1.-least)*(float(k)+.5)*(1./16.);\n"
     "float sine=sqrt(1.-cosine*cosine);\n"
     "vec2 sc=cohsm_sincos(2.39996323*float(k));\n"
     "vec3 w=basis*vec3(sine*sc.y,sine*sc.x,cosine);\n"
-    "float a=dot(n,w),b= -dot(normal,w);\n"
+    "float a=dot(n,w),b=-dot(normal,w);\n"
     "if(a>.0&&b>.0)sum+=a*b;\n"
     "}\n"
     "return sum*(1./16.)*2.*(1.-least)/r2;\n"
@@ -1664,10 +1482,10 @@ static const struct { char s0[3998]; char s1[3830]; char end; } glbk__glsl_lib_i
     "{\n"
     "if(l.sky)return plain=max(dot(l.position,n)*COHSM_PI,.0);\n"
     "vec3 d=l.position-p;\n"
-    "float d2=dot(d,d),a=dot(n,d),b= -dot(l.normal,d),area=l.edge*l.edge;\n"
+    "float d2=dot(d,d),a=dot(n,d),b=-dot(l.normal,d),area=l.edge*l.edge;\n"
     "plain=a>.0&&b>.0?a*b/(d2*d2+1e-37):.0;\n"
     "if(l.exponent!=1.){\n"
-    "float c= -dot(l.axis,d)/sqrt(d2);\n"
+    "float c=-dot(l.axis,d)/sqrt(d2);\n"
     "plain=.0;\n"
     "if(c>.0&&a>.0)\n"
     "plain=.5*(l.exponent+1.)*cohsm_pow(c,l.exponent)*a/(sqrt(d2)*d2);\n"
@@ -1761,7 +1579,7 @@ static const struct { char s0[3998]; char s1[3830]; char end; } glbk__glsl_lib_i
     "float d2=dot(d,d),h=ism_near_weight(q.position,q.reach,q.normal,p,n);\n"
     "plain=.0;\n"
     "if(!(h>.0))return .0;\n"
-    "float point=dot(n,d)* -dot(q.normal,d)/(d2*d2+1e-37),k=point;\n"
+    "float point=dot(n,d)*-dot(q.normal,d)/(d2*d2+1e-37),k=point;\n"
     "plain=point;\n"
     "if(d2<9.*q.edge*q.edge)k=ism_patch_kernel(ism_basis_of(q.normal),q.edge,d,n,point,plain);\n"
     "plain*=h;\n"
@@ -1826,7 +1644,7 @@ static const struct { char s0[3998]; char s1[3830]; char end; } glbk__glsl_lib_i
     "}\n", 0
 };
 
-static const struct { char s0[3135]; char end; } glbk__glsl_lib_ism_map_glsl = {
+static const struct { char s0[3133]; char end; } glbk__glsl_lib_ism_map_glsl = {
     "\n\n\n#define ISM_PROJECTION_COSINE 1u\n"
     "#define ISM_PROJECTION_PARABOLOID 2u\n"
     "#define ISM_PROJECTION_OCTAHEDRAL 3u\n"
@@ -1850,7 +1668,7 @@ static const struct { char s0[3135]; char end; } glbk__glsl_lib_ism_map_glsl = {
     "{\n"
     "if(!(x>1.18e-38))return 1.;\n"
     "float t=y*cohsm_log(min(x,1.));\n"
-    "if(t< -.35)return 1.-cohsm_exp(t);\n"
+    "if(t<-.35)return 1.-cohsm_exp(t);\n"
     "return-t*(1.+t*(.5+t*(.166666667+t*(.0416666667+t*(.00833333333+\n"
     "t*(.00138888889+t*.000198412698))))));\n"
     "}\n"
@@ -1905,7 +1723,7 @@ static const struct { char s0[3135]; char end; } glbk__glsl_lib_ism_map_glsl = {
     "{\n"
     "float low=axis.x*axis.y,high=1.-(rim-axis.x)*axis.w;\n"
     "vec3 part=u<low?vec3(.0,u,axis.y):vec3(axis.x,u-low,axis.z);\n"
-    "if(!(u<low)&& !(u<high))part=vec3(size,u-1.,axis.w);\n"
+    "if(!(u<low)&&!(u<high))part=vec3(size,u-1.,axis.w);\n"
     "return clamp(part.x+part.y/part.z,.0,size);\n"
     "}\n"
     "\n\nfloat ism_unzoom_axis(vec4 axis,float size,float rim,float x)\n"
@@ -1934,7 +1752,7 @@ static const struct { char s0[3135]; char end; } glbk__glsl_lib_ism_map_glsl = {
     "}\n", 0
 };
 
-static const struct { char s0[1790]; char end; } glbk__glsl_lib_ism_push_glsl = {
+static const struct { char s0[1789]; char end; } glbk__glsl_lib_ism_push_glsl = {
     "\n\n\n\nint ism_pulled(int level,ivec2 cell);\n"
     "\nstruct ism_near{\n"
     "int first,second;\n"
@@ -1989,15 +1807,14 @@ static const struct { char s0[1790]; char end; } glbk__glsl_lib_ism_push_glsl = 
     "if(n.second!=0&&ism_surrounded(n.found,n.close,n.beyond))break;\n"
     "ism_look(level,at,n);\n"
     "}\n"
-    "if(n.second==0|| !ism_surrounded(n.found,n.close,n.beyond))return ISM_FAR;\n"
+    "if(n.second==0||!ism_surrounded(n.found,n.close,n.beyond))return ISM_FAR;\n"
     "return ism_push(grid,local,ivec2((n.first-1)%size,(n.first-1)/size),\n"
     "ivec2((n.second-1)%size,(n.second-1)/size),at-local);\n"
     "}\n", 0
 };
 
-static const struct { char s0[1087]; char end; } glbk__glsl_lib_ism_pvpl_glsl = {
-    "\n\n#define ISM_C glbk_ism_choosing\n"
-    "struct ism_pvpl{\n"
+static const struct { char s0[1079]; char end; } glbk__glsl_lib_ism_pvpl_glsl = {
+    "\n\nstruct ism_pvpl{\n"
     "vec3 position,normal,flux;\n"
     "float area;\n"
     "float luminance;\n"
@@ -2005,7 +1822,7 @@ static const struct { char s0[1087]; char end; } glbk__glsl_lib_ism_pvpl_glsl = 
     "\n\n\n\nism_pvpl ism_read_pvpl(ivec2 at)\n"
     "{\n"
     "ism_pvpl p;\n"
-    "int side=int(ISM_C.face_height),face=at.y/side;\n"
+    "int side=int(glbk_ism_choosing.face_height),face=at.y/side;\n"
     "ivec3 to=ivec3(at.x,at.y-face*side,3*face);\n"
     "vec4 place=uintBitsToFloat(texelFetch(glbk_ism_texels,to,0));\n"
     "vec4 normal=uintBitsToFloat(texelFetch(glbk_ism_texels,to+ivec3(0,0,1),0));\n"
@@ -2024,7 +1841,7 @@ static const struct { char s0[1087]; char end; } glbk__glsl_lib_ism_pvpl_glsl = 
     "}\n"
     "\n\nbool ism_to_clip(vec3 p,out vec2 at)\n"
     "{\n"
-    "vec4 c=ISM_C.world_to_clip*vec4(p,1.);\n"
+    "vec4 c=glbk_ism_choosing.world_to_clip*vec4(p,1.);\n"
     "bool known=abs(c.w)>1e-20;\n"
     "at=vec2(.0);\n"
     "if(known)at=c.xy/c.w;\n"
@@ -2032,36 +1849,17 @@ static const struct { char s0[1087]; char end; } glbk__glsl_lib_ism_pvpl_glsl = 
     "}\n", 0
 };
 
-static const struct { char s0[459]; char end; } glbk__glsl_lib_ism_scattering_glsl = {
+static const struct { char s0[335]; char end; } glbk__glsl_lib_ism_scattering_glsl = {
     "\nlayout(std140)uniform glbk_ism_scattering_block{\n"
-    "uint triangle_count;\n"
-    "uint cluster_count;\n"
-    "uint cluster_size;\n"
-    "uint first_vpl;\n"
-    "uint batch;\n"
-    "uint vpl_capacity;\n"
-    "uint view_width;\n"
-    "uint view_height;\n"
-    "uint views;\n"
-    "uint pair;\n"
-    "uint seed;\n"
-    "uint key;\n"
-    "uint surfel_count;\n"
-    "uint phase_surfel_count;\n"
-    "uint lazy_frames;\n"
-    "uint phase;\n"
-    "uint first_texel;\n"
-    "uint value_count;\n"
-    "uint pace;\n"
-    "uint vary_surfels;\n"
+    "uint triangle_count,cluster_count,cluster_size,first_vpl,batch,vpl_capacity,\n"
+    "view_width,view_height,views,pair,seed,key,surfel_count,phase_surfel_count,\n"
+    "lazy_frames,phase,first_texel,value_count,pace,vary_surfels;\n"
     "float area_share;\n"
-    "uint unused0;\n"
-    "uint unused1;\n"
-    "uint unused2;\n"
+    "uint unused0,unused1,unused2;\n"
     "}glbk_ism_scattering;\n", 0
 };
 
-static const struct { char s0[1089]; char end; } glbk__glsl_lib_ism_search_glsl = {
+static const struct { char s0[1088]; char end; } glbk__glsl_lib_ism_search_glsl = {
     "\n\n\n\nfloat ism_weight(uvec4 sums,float least)\n"
     "{\n"
     "vec2 s=uintBitsToFloat(sums.xy);\n"
@@ -2083,7 +1881,7 @@ static const struct { char s0[1089]; char end; } glbk__glsl_lib_ism_search_glsl 
     "for(int k=0;k<5;k++){\n"
     "int middle=(lo+hi)>>1;\n"
     "float sum=ism_weight(texelFetch(sums,base+along*middle,0),least);\n"
-    "bool past=lo<hi&& !(sum>x);\n"
+    "bool past=lo<hi&&!(sum>x);\n"
     "if(past){\n"
     "lo=middle+1;\n"
     "before=sum;\n"
@@ -2103,16 +1901,11 @@ static const struct { char s0[1089]; char end; } glbk__glsl_lib_ism_search_glsl 
     "}\n", 0
 };
 
-static const struct { char s0[175]; char end; } glbk__glsl_lib_ism_view_glsl = {
+static const struct { char s0[144]; char end; } glbk__glsl_lib_ism_view_glsl = {
     "\nlayout(std140)uniform glbk_ism_view_block{\n"
-    "uint width;\n"
-    "uint height;\n"
-    "uint interleave;\n"
-    "uint no_maps;\n"
-    "float bias;\n"
-    "float clamp_at;\n"
-    "uint first_row;\n"
-    "uint unused0;\n"
+    "uint width,height,interleave,no_maps;\n"
+    "float bias,clamp_at;\n"
+    "uint first_row,unused0;\n"
     "}glbk_ism_view;\n", 0
 };
 
@@ -2157,12 +1950,12 @@ static const struct { char s0[1229]; char end; } glbk__glsl_prog_ism_blur_comp =
     "}\n", 0
 };
 
-static const struct { char s0[453]; char end; } glbk__glsl_prog_ism_blur_frag = {
+static const struct { char s0[452]; char end; } glbk__glsl_prog_ism_blur_frag = {
     "\n\n\nlayout(location=0)out glbk_color result;\n"
     "\nbool ism_neighbour(ivec2 at,out ism_receiver r,out vec4 light)\n"
     "{\n"
     "bool inside=all(greaterThanEqual(at,ivec2(0)))&&all(lessThan(at,ism_picture_side()));\n"
-    "if(!inside|| !ism_read_receiver(at,r))return false;\n"
+    "if(!inside||!ism_read_receiver(at,r))return false;\n"
     "light=glbk_unpack(texelFetch(glbk_ism_light,at,0));\n"
     "return true;\n"
     "}\n"
@@ -2174,31 +1967,31 @@ static const struct { char s0[453]; char end; } glbk__glsl_prog_ism_blur_frag = 
     "}\n", 0
 };
 
-static const struct { char s0[1481]; char end; } glbk__glsl_prog_ism_choose_frag = {
+static const struct { char s0[1540]; char end; } glbk__glsl_prog_ism_choose_frag = {
     "\n\n\n\n\nlayout(location=0)out uvec4 place;\n"
     "layout(location=1)out uvec4 facing;\n"
     "layout(location=2)out uvec4 power;\n"
     "\nvoid main()\n"
     "{\n"
     "ivec2 at=ivec2(gl_FragCoord.xy),texel,end=textureSize(glbk_ism_row_sums2,0)-1;\n"
-    "uint i=uint(at.y)*256u+uint(at.x),n=ISM_C.vpl_count;\n"
-    "int width=int(ISM_C.width),height=end.y+1;\n"
+    "uint i=uint(at.y)*256u+uint(at.x),n=glbk_ism_choosing.vpl_count;\n"
+    "int width=int(glbk_ism_choosing.width),height=end.y+1;\n"
     "uvec4 totals=texelFetch(glbk_ism_column_sums2,textureSize(glbk_ism_column_sums2,0)-1,0);\n"
     "float least=ism_least(totals),total=ism_weight(totals,least);\n"
     "place=facing=power=uvec4(0u);\n"
-    "if(i>=n|| !(total>.0))return;\n"
-    "float y=fract((float(i)+.5)/float(n)+ISM_C.shift)*total;\n"
+    "if(i>=n||!(total>.0))return;\n"
+    "float y=fract((float(i)+.5)/float(n)+glbk_ism_choosing.shift)*total;\n"
     "texel.y=ism_search(glbk_ism_column_sums0,glbk_ism_column_sums1,glbk_ism_column_sums2,least,\n"
     "ivec2(0),ivec2(0,1),height,y);\n"
     "float row=ism_weight(texelFetch(glbk_ism_row_sums2,ivec2(end.x,texel.y),0),least);\n"
-    "float x=ism_to_unit(i*2654435769u+ISM_C.shift_bits)*row;\n"
+    "float x=ism_to_unit(i*2654435769u+glbk_ism_choosing.shift_bits)*row;\n"
     "texel.x=ism_search(glbk_ism_row_sums0,glbk_ism_row_sums1,glbk_ism_row_sums2,least,\n"
     "ivec2(0,texel.y),ivec2(1,0),width,x);\n"
     "float weight=ism_weight(texelFetch(glbk_ism_importances,texel,0),least);\n"
     "vec2 fraction=min(vec2(x/weight,y/row),vec2(.99999994));\n"
     "float scale=total/(float(n)*weight);\n"
     "ism_pvpl p=ism_read_pvpl(texel);\n"
-    "if(ISM_C.inter_texel!=0u)ism_inter_texel(texel,fraction,p.position,p.normal);\n"
+    "if(glbk_ism_choosing.inter_texel!=0u)ism_inter_texel(texel,fraction,p.position,p.normal);\n"
     "p.normal=normalize(p.normal);\n"
     "float area=p.area*scale;\n"
     "if(!cohsm_finite(area)||area<.0)area=.0;\n"
@@ -2208,15 +2001,15 @@ static const struct { char s0[1481]; char end; } glbk__glsl_prog_ism_choose_frag
     "}\n", 0
 };
 
-static const struct { char s0[1108]; char end; } glbk__glsl_prog_ism_clusters_frag = {
+static const struct { char s0[1150]; char end; } glbk__glsl_prog_ism_clusters_frag = {
     "\n\n\n\nlayout(location=0)out uvec2 masses;\n"
     "layout(location=1)out uvec4 place;\n"
     "layout(location=2)out uvec4 squares;\n"
     "layout(location=3)out uvec4 mixed;\n"
     "\nvoid main()\n"
     "{\n"
-    "uint count=ISM_S.cluster_count,size=ISM_S.cluster_size;\n"
-    "uint triangles=ISM_S.triangle_count;\n"
+    "uint count=glbk_ism_scattering.cluster_count,size=glbk_ism_scattering.cluster_size;\n"
+    "uint triangles=glbk_ism_scattering.triangle_count;\n"
     "uint c=ism_unfold(ivec2(gl_FragCoord.xy),count).x,end=min((c+1u)*size,triangles);\n"
     "vec2 sums=vec2(.0);\n"
     "vec3 from=vec3(.0),at=vec3(.0),nn=vec3(.0),other=vec3(.0);\n"
@@ -2249,7 +2042,7 @@ static const struct { char s0[1108]; char end; } glbk__glsl_prog_ism_clusters_fr
     "}\n", 0
 };
 
-static const struct { char s0[529]; char end; } glbk__glsl_prog_ism_counts_frag = {
+static const struct { char s0[557]; char end; } glbk__glsl_prog_ism_counts_frag = {
     "\n\n\n\nlayout(location=0)out uint result;\n"
     "\nfloat ism_luminance_of(uint v)\n"
     "{\n"
@@ -2258,11 +2051,11 @@ static const struct { char s0[529]; char end; } glbk__glsl_prog_ism_counts_frag 
     "}\n"
     "\nvoid main()\n"
     "{\n"
-    "uint count=glbk_ism_frame.vpl_count,n=ISM_S.surfel_count;\n"
+    "uint count=glbk_ism_frame.vpl_count,n=glbk_ism_scattering.surfel_count;\n"
     "uint v=ism_unfold(ivec2(gl_FragCoord.xy),glbk_ism_frame.vpl_capacity).x;\n"
     "float mean=.0;\n"
     "result=n;\n"
-    "if(ISM_S.vary_surfels==0u||v>=count)return;\n"
+    "if(glbk_ism_scattering.vary_surfels==0u||v>=count)return;\n"
     "for(uint i=0u;i<count;i++)mean+=ism_luminance_of(i);\n"
     "mean/=float(count);\n"
     "float flux=ism_luminance_of(v);\n"
@@ -2271,7 +2064,7 @@ static const struct { char s0[529]; char end; } glbk__glsl_prog_ism_counts_frag 
     "}\n", 0
 };
 
-static const struct { char s0[1148]; char end; } glbk__glsl_prog_ism_edges_frag = {
+static const struct { char s0[1146]; char end; } glbk__glsl_prog_ism_edges_frag = {
     "\n\n\n\n\nlayout(location=0)out uvec4 result;\n"
     "\nvec4 ism_drawn(uint v,int k)\n"
     "{\n"
@@ -2285,7 +2078,7 @@ static const struct { char s0[1148]; char end; } glbk__glsl_prog_ism_edges_frag 
     "vec3 d=other.xyz-p;\n"
     "float d2=dot(d,d);\n"
     "bool beside=i!=v&&d2<near2.w&&dot(n,ism_drawn(i,1).xyz)>=.5;\n"
-    "if(beside&& !(d2>.0))area+=other.w;\n"
+    "if(beside&&!(d2>.0))area+=other.w;\n"
     "if(beside&&d2>.0)near2=vec4(min(d2,near2.x),clamp(d2,near2.x,near2.y),\n"
     "clamp(d2,near2.y,near2.z),clamp(d2,near2.z,near2.w));\n"
     "}\n"
@@ -2304,12 +2097,12 @@ static const struct { char s0[1148]; char end; } glbk__glsl_prog_ism_edges_frag 
     "if(part==0u)texel=vec4(place.xyz,1.);\n"
     "else if(part==2u)texel=vec4(ism_drawn(v,2).xyz,.0);\n"
     "else texel=vec4(normal.xyz,.0);\n"
-    "if(part==1u&& !black)texel.w=ism_edge(v,place.xyz,normal.xyz,place.w);\n"
+    "if(part==1u&&!black)texel.w=ism_edge(v,place.xyz,normal.xyz,place.w);\n"
     "result=floatBitsToUint(texel);\n"
     "}\n", 0
 };
 
-static const struct { char s0[2517]; char end; } glbk__glsl_prog_ism_effect_frag = {
+static const struct { char s0[2613]; char end; } glbk__glsl_prog_ism_effect_frag = {
     "\n\n\n\n\n\nlayout(location=0)out uint result;\n"
     "\n\n\nfloat ism_unit_flux_light(vec3 q,vec3 n,vec3 p,vec3 pn,float extent2)\n"
     "{\n"
@@ -2321,13 +2114,13 @@ static const struct { char s0[2517]; char end; } glbk__glsl_prog_ism_effect_frag
     "\n\nint ism_cell(float u,float count){return int(clamp(u*count,.0,count-1.));}\n"
     "\nfloat ism_effect(ism_pvpl q,uint i,uint seed)\n"
     "{\n"
-    "uint grid=ISM_C.grid_side,count=grid*grid,rank=0u;\n"
-    "vec2 side=vec2(float(ISM_C.view_width),float(ISM_C.view_height)),clip;\n"
+    "uint grid=glbk_ism_choosing.grid_side,count=grid*grid,rank=0u;\n"
+    "vec2 side=vec2(float(glbk_ism_choosing.view_width),float(glbk_ism_choosing.view_height)),clip;\n"
     "float r0=.05*max(side.x,side.y),reach=side.x+side.y,sum=.0;\n"
     "uint turn=ism_hash_combine(seed,i*256u+255u);\n"
     "float even=1./(side.x*side.y),share=float(count/2u)/float(count);\n"
     "bool known=ism_to_clip(q.position,clip);\n"
-    "bool guided=ISM_C.guided!=0u&&known&&side.y>1.&&count>1u&&r0>=1.&&reach>r0;\n"
+    "bool guided=glbk_ism_choosing.guided!=0u&&known&&side.y>1.&&count>1u&&r0>=1.&&reach>r0;\n"
     "vec2 centre=(.5*clip+.5)*side;\n"
     "float inner=1./(1.+2.*cohsm_log(reach/r0));\n"
     "float norm=inner/(3.14159265*r0*r0);\n"
@@ -2359,7 +2152,7 @@ static const struct { char s0[2517]; char end; } glbk__glsl_prog_ism_effect_frag
     "bool seen=glbk_read_point(pixel,p);\n"
     "if(inside&&seen&&cohsm_finite3(p.position)&&dot(p.normal,p.normal)>.25){\n"
     "float e=ism_unit_flux_light(q.position,q.normal,p.position,p.normal,extent2);\n"
-    "if(ISM_C.by_mean==0u)e*=e;\n"
+    "if(glbk_ism_choosing.by_mean==0u)e*=e;\n"
     "sum+=e*(even/density);\n"
     "}\n"
     "}\n"
@@ -2369,10 +2162,10 @@ static const struct { char s0[2517]; char end; } glbk__glsl_prog_ism_effect_frag
     "{\n"
     "ivec2 at=ivec2(gl_FragCoord.xy);\n"
     "ism_pvpl q=ism_read_pvpl(at);\n"
-    "int height=int(ISM_C.face_height),face=at.y/height;\n"
-    "uint i=uint(at.y-face*height)*ISM_C.width+uint(at.x);\n"
+    "int height=int(glbk_ism_choosing.face_height),face=at.y/height;\n"
+    "uint i=uint(at.y-face*height)*glbk_ism_choosing.width+uint(at.x);\n"
     "float effect=.0;\n"
-    "if(q.luminance>.0)effect=ism_effect(q,i,ism_hash_combine(ISM_C.seed,uint(face)));\n"
+    "if(q.luminance>.0)effect=ism_effect(q,i,ism_hash_combine(glbk_ism_choosing.seed,uint(face)));\n"
     "result=floatBitsToUint(effect);\n"
     "}\n", 0
 };
@@ -2410,7 +2203,7 @@ static const struct { char s0[874]; char end; } glbk__glsl_prog_ism_extent_frag 
     "}\n", 0
 };
 
-static const struct { char s0[2458]; char end; } glbk__glsl_prog_ism_fill_comp = {
+static const struct { char s0[2457]; char end; } glbk__glsl_prog_ism_fill_comp = {
     "\n\n\n\n\nlayout(local_size_x=256)in;\n"
     "#define ISM_SIDE 64\n"
     "\nshared float ism_depths[ISM_SIDE*ISM_SIDE];\n"
@@ -2475,7 +2268,7 @@ static const struct { char s0[2458]; char end; } glbk__glsl_prog_ism_fill_comp =
     "for(uint i=gl_LocalInvocationIndex;i<uint(block*block);i+=256u){\n"
     "ivec2 at=begin+ivec2(i%uint(block),i/uint(block));\n"
     "float depth=ism_depth(at);\n"
-    "if(used&&levels!=0&& !(depth<ISM_FAR))depth=ism_filled(grid,at);\n"
+    "if(used&&levels!=0&&!(depth<ISM_FAR))depth=ism_filled(grid,at);\n"
     "imageStore(glbk_ism_atlas_out,at,uvec4(floatBitsToUint(depth),0u,0u,0u));\n"
     "}\n"
     "}\n", 0
@@ -2495,7 +2288,7 @@ static const struct { char s0[346]; char end; } glbk__glsl_prog_ism_holes_frag =
     "}\n", 0
 };
 
-static const struct { char s0[2494]; char end; } glbk__glsl_prog_ism_pairs_frag = {
+static const struct { char s0[2536]; char end; } glbk__glsl_prog_ism_pairs_frag = {
     "\n\n\n\nlayout(location=0)out uint result;\n"
     "\nstruct ism_cluster{\n"
     "float area,radius2;\n"
@@ -2503,7 +2296,7 @@ static const struct { char s0[2494]; char end; } glbk__glsl_prog_ism_pairs_frag 
     "};\n"
     "\nism_cluster ism_read_cluster(uint c)\n"
     "{\n"
-    "ivec3 at=ivec3(ism_fold(c,ISM_S.cluster_count,0u),0);\n"
+    "ivec3 at=ivec3(ism_fold(c,glbk_ism_scattering.cluster_count,0u),0);\n"
     "vec4 place=uintBitsToFloat(texelFetch(glbk_ism_clusters,at,0));\n"
     "ism_cluster k;\n"
     "k.at=place.xyz;\n"
@@ -2566,9 +2359,9 @@ static const struct { char s0[2494]; char end; } glbk__glsl_prog_ism_pairs_frag 
     "}\n"
     "\nvoid main()\n"
     "{\n"
-    "uint count=ISM_S.cluster_count;\n"
+    "uint count=glbk_ism_scattering.cluster_count;\n"
     "uvec2 place=ism_unfold(ivec2(gl_FragCoord.xy),count);\n"
-    "uint v=ISM_S.first_vpl+place.y;\n"
+    "uint v=glbk_ism_scattering.first_vpl+place.y;\n"
     "float effect=.0;\n"
     "if(place.x<count&&v<glbk_ism_frame.vpl_count){\n"
     "ism_cluster c=ism_read_cluster(place.x);\n"
@@ -2581,7 +2374,7 @@ static const struct { char s0[2494]; char end; } glbk__glsl_prog_ism_pairs_frag 
     "}\n", 0
 };
 
-static const struct { char s0[1962]; char end; } glbk__glsl_prog_ism_points_frag = {
+static const struct { char s0[2185]; char end; } glbk__glsl_prog_ism_points_frag = {
     "\n\n\n\nlayout(location=0)out uvec4 result;\n"
     "\n\n\nvec2 ism_triangle_map(float u,float v)\n"
     "{\n"
@@ -2591,15 +2384,15 @@ static const struct { char s0[1962]; char end; } glbk__glsl_prog_ism_points_frag
     "}\n"
     "\nfloat ism_triangle_density(uint t)\n"
     "{\n"
-    "return ism_density(ism_folded2(glbk_ism_sizes,t,ISM_S.triangle_count));\n"
+    "return ism_density(ism_folded2(glbk_ism_sizes,t,glbk_ism_scattering.triangle_count));\n"
     "}\n"
     "\n\n\nuint ism_choose_triangle(uint c,float share,inout float x)\n"
     "{\n"
-    "uint first=c*ISM_S.cluster_size,chosen=first;\n"
-    "uint end=min(first+ISM_S.cluster_size,ISM_S.triangle_count);\n"
-    "float all=ism_density(ism_folded2(glbk_ism_masses,c,ISM_S.cluster_count)),sum=.0,width=.0;\n"
+    "uint first=c*glbk_ism_scattering.cluster_size,chosen=first;\n"
+    "uint end=min(first+glbk_ism_scattering.cluster_size,glbk_ism_scattering.triangle_count);\n"
+    "float all=ism_density(ism_folded2(glbk_ism_masses,c,glbk_ism_scattering.cluster_count)),sum=.0,width=.0;\n"
     "x=x/share*all;\n"
-    "for(uint t=first;t<end&& !(sum>x);t++){\n"
+    "for(uint t=first;t<end&&!(sum>x);t++){\n"
     "float density=ism_triangle_density(t);\n"
     "sum+=density;\n"
     "if(density>.0){\n"
@@ -2612,8 +2405,8 @@ static const struct { char s0[1962]; char end; } glbk__glsl_prog_ism_points_frag
     "}\n"
     "\n\nuvec4 ism_point(uint v,uint row,uint at,uint n)\n"
     "{\n"
-    "uint count=ISM_S.cluster_count,n1=ism_blocks(count),n2=ism_blocks(n1);\n"
-    "uint key=ism_hash_combine(ISM_S.key,0x9000u+v);\n"
+    "uint count=glbk_ism_scattering.cluster_count,n1=ism_blocks(count),n2=ism_blocks(n1);\n"
+    "uint key=ism_hash_combine(glbk_ism_scattering.key,0x9000u+v);\n"
     "float all=ism_folded(glbk_ism_runs2,n2-1u,n2,row);\n"
     "float x=(float(at)+ism_to_unit(ism_hash_combine(key,at)))/float(n)*all;\n"
     "if(!(all>.0))return uvec4(0u);\n"
@@ -2631,13 +2424,13 @@ static const struct { char s0[1962]; char end; } glbk__glsl_prog_ism_points_frag
     "}\n"
     "\nvoid main()\n"
     "{\n"
-    "uint i=ISM_S.first_texel+(uint(gl_FragCoord.y)<<10)+uint(gl_FragCoord.x);\n"
-    "uint each=ISM_S.phase_surfel_count,v=i/each,row=v-ISM_S.first_vpl;\n"
-    "uint at=(i-v*each)*ISM_S.lazy_frames+ISM_S.phase;\n"
-    "if(v<ISM_S.first_vpl||row>=ISM_S.batch)discard;\n"
-    "uint n=texelFetch(glbk_ism_counts,ism_fold(v,ISM_S.vpl_capacity,0u),0).x;\n"
+    "uint i=glbk_ism_scattering.first_texel+(uint(gl_FragCoord.y)<<10)+uint(gl_FragCoord.x);\n"
+    "uint each=glbk_ism_scattering.phase_surfel_count,v=i/each,row=v-glbk_ism_scattering.first_vpl;\n"
+    "uint at=(i-v*each)*glbk_ism_scattering.lazy_frames+glbk_ism_scattering.phase;\n"
+    "if(v<glbk_ism_scattering.first_vpl||row>=glbk_ism_scattering.batch)discard;\n"
+    "uint n=texelFetch(glbk_ism_counts,ism_fold(v,glbk_ism_scattering.vpl_capacity,0u),0).x;\n"
     "result=uvec4(0u);\n"
-    "if(at<n)result=ism_point(v,row*ISM_S.pair,at,n);\n"
+    "if(at<n)result=ism_point(v,row*glbk_ism_scattering.pair,at,n);\n"
     "}\n", 0
 };
 
@@ -2675,11 +2468,11 @@ static const struct { char s0[570]; char end; } glbk__glsl_prog_ism_push_frag = 
     "}\n", 0
 };
 
-static const struct { char s0[730]; char end; } glbk__glsl_prog_ism_receivers_frag = {
+static const struct { char s0[758]; char end; } glbk__glsl_prog_ism_receivers_frag = {
     "\n\n\nlayout(location=0)out uvec4 result;\n"
     "\nvoid main()\n"
     "{\n"
-    "uint width=ISM_S.view_width,n0=width*ISM_S.view_height;\n"
+    "uint width=glbk_ism_scattering.view_width,n0=width*glbk_ism_scattering.view_height;\n"
     "uint n1=ism_blocks(n0),n2=ism_blocks(n1),n3=ism_blocks(n2),n4=ism_blocks(n3);\n"
     "uint i=ism_unfold(ivec2(gl_FragCoord.xy),n0).x;\n"
     "float x=float(i)+.5,all=ism_folded(glbk_ism_runs4,n4-1u,n4,0u);\n"
@@ -2710,11 +2503,11 @@ static const struct { char s0[304]; char end; } glbk__glsl_prog_ism_resolve_frag
     "}\n", 0
 };
 
-static const struct { char s0[521]; char end; } glbk__glsl_prog_ism_run_frag = {
+static const struct { char s0[549]; char end; } glbk__glsl_prog_ism_run_frag = {
     "\n\n\n\n\nlayout(location=0)out uvec2 result;\n"
     "\nvoid main()\n"
     "{\n"
-    "uint pace=ISM_S.pace,count=ISM_S.value_count,own=ism_blocks(count);\n"
+    "uint pace=glbk_ism_scattering.pace,count=glbk_ism_scattering.value_count,own=ism_blocks(count);\n"
     "if(pace!=0u)own=(count+pace-1u)/pace;\n"
     "uvec2 place=ism_unfold(ivec2(gl_FragCoord.xy),own);\n"
     "uint k=32u*place.x,end=min(k+32u,count);\n"
@@ -2747,11 +2540,11 @@ static const struct { char s0[510]; char end; } glbk__glsl_prog_ism_scan_frag = 
     "}\n", 0
 };
 
-static const struct { char s0[397]; char end; } glbk__glsl_prog_ism_seen_frag = {
+static const struct { char s0[425]; char end; } glbk__glsl_prog_ism_seen_frag = {
     "\n\n\nlayout(location=0)out uint result;\n"
     "\nvoid main()\n"
     "{\n"
-    "uint width=ISM_S.view_width,count=width*ISM_S.view_height;\n"
+    "uint width=glbk_ism_scattering.view_width,count=width*glbk_ism_scattering.view_height;\n"
     "uint i=ism_unfold(ivec2(gl_FragCoord.xy),count).x,j=min(i,count-1u),row=j/width;\n"
     "glbk_point p;\n"
     "bool seen=glbk_read_point(ivec2(j-row*width,row),p);\n"
@@ -2820,17 +2613,17 @@ static const struct { char s0[313]; char end; } glbk__glsl_prog_ism_shade_frag =
     "}\n", 0
 };
 
-static const struct { char s0[614]; char end; } glbk__glsl_prog_ism_shares_frag = {
+static const struct { char s0[642]; char end; } glbk__glsl_prog_ism_shares_frag = {
     "\n\n\n\n\nlayout(location=0)out uint result;\n"
     "\nvoid main()\n"
     "{\n"
-    "uint count=ISM_S.cluster_count;\n"
+    "uint count=glbk_ism_scattering.cluster_count;\n"
     "uvec2 place=ism_unfold(ivec2(gl_FragCoord.xy),count);\n"
     "float share=.0;\n"
     "if(place.x<count){\n"
     "float p=ism_density(ism_folded2(glbk_ism_masses,place.x,count)),q=p;\n"
     "ivec2 end=textureSize(glbk_ism_runs4,0)-1;\n"
-    "if(ISM_S.pair!=0u&&uintBitsToFloat(texelFetch(glbk_ism_runs4,end,0).x)>.0){\n"
+    "if(glbk_ism_scattering.pair!=0u&&uintBitsToFloat(texelFetch(glbk_ism_runs4,end,0).x)>.0){\n"
     "float all=uintBitsToFloat(texelFetch(glbk_ism_effect_totals,ivec2(0,int(place.y)),0).x);\n"
     "float effect=ism_folded(glbk_ism_values,place.x,count,place.y);\n"
     "if(all>.0)q=effect/all;\n"
@@ -2841,7 +2634,7 @@ static const struct { char s0[614]; char end; } glbk__glsl_prog_ism_shares_frag 
     "}\n", 0
 };
 
-static const struct { char s0[1681]; char end; } glbk__glsl_prog_ism_sizes_frag = {
+static const struct { char s0[1750]; char end; } glbk__glsl_prog_ism_sizes_frag = {
     "\n\n\n\nlayout(location=0)out uvec2 result;\n"
     "\n\nuint ism_multiply_high(uint a,uint b)\n"
     "{\n"
@@ -2867,20 +2660,20 @@ static const struct { char s0[1681]; char end; } glbk__glsl_prog_ism_sizes_frag 
     "}\n"
     "\nvoid main()\n"
     "{\n"
-    "uint count=ISM_S.triangle_count,views=ISM_S.views;\n"
+    "uint count=glbk_ism_scattering.triangle_count,views=glbk_ism_scattering.views;\n"
     "uint t=ism_unfold(ivec2(gl_FragCoord.xy),count).x;\n"
     "result=uvec2(0u);\n"
     "if(t>=count)return;\n"
     "ism_corners p=ism_read_corners(t);\n"
     "vec3 normal2=ism_normal2(p);\n"
     "float area2=length(normal2),solid=.0;\n"
-    "if(!(area2>.0)|| !cohsm_finite(area2))return;\n"
-    "uint pixels=ISM_S.view_width*ISM_S.view_height,valid=0u;\n"
+    "if(!(area2>.0)||!cohsm_finite(area2))return;\n"
+    "uint pixels=glbk_ism_scattering.view_width*glbk_ism_scattering.view_height,valid=0u;\n"
     "if(views>0u){\n"
     "ivec2 end=textureSize(glbk_ism_runs4,0)-1;\n"
     "valid=uint(uintBitsToFloat(texelFetch(glbk_ism_runs4,end,0).x));\n"
     "}\n"
-    "uint key=ism_hash_combine(ISM_S.seed,0x7000u+cohsm_if(views==1u,0u,t));\n"
+    "uint key=ism_hash_combine(glbk_ism_scattering.seed,0x7000u+cohsm_if(views==1u,0u,t));\n"
     "for(uint k=0u;k<views&&valid>0u;k++){\n"
     "uint i=ism_multiply_high(ism_hash_combine(key,k),valid);\n"
     "vec3 eye=uintBitsToFloat(texelFetch(glbk_ism_receivers,ism_fold(i,pixels,0u),0).xyz);\n"
@@ -2892,7 +2685,7 @@ static const struct { char s0[1681]; char end; } glbk__glsl_prog_ism_sizes_frag 
     "}\n", 0
 };
 
-static const struct { char s0[3998]; char s1[367]; char end; } glbk__glsl_prog_ism_splat_comp = {
+static const struct { char s0[3995]; char s1[367]; char end; } glbk__glsl_prog_ism_splat_comp = {
     "\n\n\n\n\n\nlayout(local_size_x=512)in;\n"
     "#define ISM_THREADS 512u\n"
     "#define ISM_SIDE 64\n"
@@ -2921,7 +2714,7 @@ static const struct { char s0[3998]; char s1[367]; char end; } glbk__glsl_prog_i
     "{\n"
     "uint shift=16u*(texel&1u),was=ism_owners[texel>>1];\n"
     "while((was>>shift&0xffffu)>surfel){\n"
-    "uint now=atomicCompSwap(ism_owners[texel>>1],was,(was& ~(0xffffu<<shift))|surfel<<shift);\n"
+    "uint now=atomicCompSwap(ism_owners[texel>>1],was,(was&~(0xffffu<<shift))|surfel<<shift);\n"
     "if(now==was)break;\n"
     "was=now;\n"
     "}\n"
@@ -2972,7 +2765,7 @@ static const struct { char s0[3998]; char s1[367]; char end; } glbk__glsl_prog_i
     "ism_boxes[k]=ism_pack(s.box);\n"
     "ism_numbers[k]=i;\n"
     "}\n"
-    "waits=waits&& !listed;\n"
+    "waits=waits&&!listed;\n"
     "barrier();\n"
     "count=ism_listed;\n"
     "for(uint d=thread/32u;d<min(count,ISM_LIST);d+=ISM_THREADS/32u)\n"
@@ -2994,7 +2787,7 @@ static const struct { char s0[3998]; char s1[367]; char end; } glbk__glsl_prog_i
     "bool there=i<count&&(turn==0||(ism_hopes[word]&bit)!=0u)&&ism_find(i,s);\n"
     "ivec2 wide=there?s.box.zw-s.box.xy+1:ivec2(0);\n"
     "bool waits=wide.x*wide.y>ISM_WIDE;\n"
-    "bool nearest=there&& !waits&&ism_draw(turn,i,s,ivec2(0),ivec2(1));\n"
+    "bool nearest=there&&!waits&&ism_draw(turn,i,s,ivec2(0),ivec2(1));\n"
     "if(ism_draw_list(turn,i,s,waits)||nearest)ism_hopes[word]|=bit;\n"
     "}\n"
     "}\n"
@@ -3102,14 +2895,14 @@ static const struct { char s0[1212]; char end; } glbk__glsl_prog_ism_splat_vert 
     "}\n", 0
 };
 
-static const struct { char s0[1120]; char end; } glbk__glsl_prog_ism_weigh_frag = {
+static const struct { char s0[1192]; char end; } glbk__glsl_prog_ism_weigh_frag = {
     "\n\n\n\n\nlayout(location=0)out uvec2 result;\n"
     "\nfloat ism_effect_at(ivec2 at){return uintBitsToFloat(texelFetch(glbk_ism_effects,at,0).x);}\n"
     "\nfloat ism_blurred(ivec2 at,ism_pvpl q)\n"
     "{\n"
-    "int radius=int(ISM_C.blur_radius),height=int(ISM_C.face_height);\n"
+    "int radius=int(glbk_ism_choosing.blur_radius),height=int(glbk_ism_choosing.face_height);\n"
     "ivec2 lowest=ivec2(0,at.y/height*height);\n"
-    "ivec2 highest=lowest+ivec2(int(ISM_C.width),height)-1;\n"
+    "ivec2 highest=lowest+ivec2(int(glbk_ism_choosing.width),height)-1;\n"
     "ivec2 from=max(at-radius,lowest),to=min(at+radius,highest);\n"
     "float sum=.0,weights=.0;\n"
     "for(int y=from.y;y<=to.y;y++)\n"
@@ -3131,10 +2924,10 @@ static const struct { char s0[1120]; char end; } glbk__glsl_prog_ism_weigh_frag 
     "ivec2 at=ivec2(gl_FragCoord.xy);\n"
     "ism_pvpl q=ism_read_pvpl(at);\n"
     "float effect=.0;\n"
-    "if(ISM_C.by_effect!=0u&&q.luminance>.0){\n"
-    "if(ISM_C.blur_radius==0u)effect=ism_effect_at(at);\n"
+    "if(glbk_ism_choosing.by_effect!=0u&&q.luminance>.0){\n"
+    "if(glbk_ism_choosing.blur_radius==0u)effect=ism_effect_at(at);\n"
     "else effect=ism_blurred(at,q);\n"
-    "if(ISM_C.by_mean==0u)effect=sqrt(effect);\n"
+    "if(glbk_ism_choosing.by_mean==0u)effect=sqrt(effect);\n"
     "}\n"
     "result=floatBitsToUint(vec2(q.luminance*effect,q.luminance));\n"
     "}\n", 0
@@ -3150,7 +2943,7 @@ static const glbk_file glbk__ism_files[] = {
     { "lib/ism_bindings.glsl\0" "" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_ism_bindings_glsl },
-    { "lib/ism_blur.glsl\0" "ism_gbuffer ism_view" "\0" "" "\0"
+    { "lib/ism_blur.glsl\0" "ism_gbuffer" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_ism_blur_glsl },
     { "lib/ism_choosing.glsl\0" "" "\0" "" "\0"
@@ -3159,16 +2952,16 @@ static const glbk_file glbk__ism_files[] = {
     { "lib/ism_corners.glsl\0" "table ism_bindings" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_ism_corners_glsl },
-    { "lib/ism_densities.glsl\0" "ism_fold" "\0" "" "\0"
+    { "lib/ism_densities.glsl\0" "ism_fold ism_scattering" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_ism_densities_glsl },
-    { "lib/ism_disc.glsl\0" "ism_access ism_frame" "\0" "" "\0"
+    { "lib/ism_disc.glsl\0" "ism_access" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_ism_disc_glsl },
-    { "lib/ism_fill.glsl\0" "ism_access ism_frame" "\0" "" "\0"
+    { "lib/ism_fill.glsl\0" "ism_access" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_ism_fill_glsl },
-    { "lib/ism_fold.glsl\0" "ism_bindings ism_scattering" "\0" "" "\0"
+    { "lib/ism_fold.glsl\0" "ism_bindings" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_ism_fold_glsl },
     { "lib/ism_frame.glsl\0" "" "\0" "" "\0"
@@ -3180,19 +2973,19 @@ static const glbk_file glbk__ism_files[] = {
     { "lib/ism_hash.glsl\0" "" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_ism_hash_glsl },
-    { "lib/ism_holes.glsl\0" "ism_fill ism_frame" "\0" "" "\0"
+    { "lib/ism_holes.glsl\0" "ism_fill" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_ism_holes_glsl },
     { "lib/ism_inter_texel.glsl\0" "ism_pvpl" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_ism_inter_texel_glsl },
-    { "lib/ism_light.glsl\0" "ism_access ism_frame ism_view" "\0" "" "\0"
+    { "lib/ism_light.glsl\0" "ism_access ism_view" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_ism_light_glsl },
     { "lib/ism_map.glsl\0" "cohsm_math" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_ism_map_glsl },
-    { "lib/ism_push.glsl\0" "ism_fill ism_frame" "\0" "" "\0"
+    { "lib/ism_push.glsl\0" "ism_fill" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_ism_push_glsl },
     { "lib/ism_pvpl.glsl\0" "cohsm_math ism_bindings ism_choosing" "\0" "" "\0"
@@ -3207,85 +3000,85 @@ static const glbk_file glbk__ism_files[] = {
     { "lib/ism_view.glsl\0" "" "\0" "" "\0"
       "" "\0" "glbk_ism_view",
       (const char *)&glbk__glsl_lib_ism_view_glsl },
-    { "prog/ism_blur.comp\0" "ism_blur ism_view" "\0" "" "\0"
+    { "prog/ism_blur.comp\0" "ism_blur" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_blur_comp },
-    { "prog/ism_blur.frag\0" "ism_blur" "\0" "screen.vert" "\0"
+    { "prog/ism_blur.frag\0" "ism_blur" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_blur_frag },
-    { "prog/ism_choose.frag\0" "ism_search ism_hash ism_inter_texel" "\0" "screen.vert" "\0"
+    { "prog/ism_choose.frag\0" "ism_search ism_hash ism_inter_texel" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_choose_frag },
-    { "prog/ism_clusters.frag\0" "ism_corners ism_fold" "\0" "screen.vert" "\0"
+    { "prog/ism_clusters.frag\0" "ism_corners ism_fold ism_scattering" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_clusters_frag },
-    { "prog/ism_counts.frag\0" "ism_access ism_fold ism_frame" "\0" "screen.vert" "\0"
+    { "prog/ism_counts.frag\0" "ism_access ism_fold ism_scattering" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_counts_frag },
-    { "prog/ism_edges.frag\0" "ism_bindings ism_choosing" "\0" "screen.vert" "\0"
+    { "prog/ism_edges.frag\0" "ism_bindings ism_choosing" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_edges_frag },
-    { "prog/ism_effect.frag\0" "ism_pvpl ism_hash gbuffer" "\0" "screen.vert" "\0"
+    { "prog/ism_effect.frag\0" "ism_pvpl ism_hash gbuffer" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_effect_frag },
-    { "prog/ism_extent.frag\0" "cohsm_math ism_bindings gbuffer ism_choosing" "\0" "screen.vert" "\0"
+    { "prog/ism_extent.frag\0" "cohsm_math ism_bindings gbuffer ism_choosing" "\0" "" "\0"
       "FROM=0 | FROM=1" "\0" "",
       (const char *)&glbk__glsl_prog_ism_extent_frag },
-    { "prog/ism_fill.comp\0" "ism_holes ism_push ism_frame" "\0" "" "\0"
+    { "prog/ism_fill.comp\0" "ism_holes ism_push" "\0" "" "\0"
       "ISM_PROJECTION=1 | ISM_PROJECTION=4" "\0" "",
       (const char *)&glbk__glsl_prog_ism_fill_comp },
-    { "prog/ism_holes.frag\0" "ism_holes ism_frame" "\0" "screen.vert" "\0"
+    { "prog/ism_holes.frag\0" "ism_holes" "\0" "" "\0"
       "ISM_PROJECTION=1 | ISM_PROJECTION=4" "\0" "",
       (const char *)&glbk__glsl_prog_ism_holes_frag },
-    { "prog/ism_pairs.frag\0" "cohsm_math ism_access ism_fold ism_frame" "\0" "screen.vert" "\0"
+    { "prog/ism_pairs.frag\0" "cohsm_math ism_access ism_fold ism_scattering" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_pairs_frag },
-    { "prog/ism_points.frag\0" "ism_densities ism_hash" "\0" "screen.vert" "\0"
+    { "prog/ism_points.frag\0" "ism_densities ism_hash" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_points_frag },
-    { "prog/ism_pull.frag\0" "ism_fill ism_frame" "\0" "screen.vert" "\0"
+    { "prog/ism_pull.frag\0" "ism_fill" "\0" "" "\0"
       "ISM_LEVEL=1 | ISM_LEVEL=2 | ISM_LEVEL=3" "\0" "",
       (const char *)&glbk__glsl_prog_ism_pull_frag },
-    { "prog/ism_push.frag\0" "ism_push ism_frame" "\0" "screen.vert" "\0"
+    { "prog/ism_push.frag\0" "ism_push" "\0" "" "\0"
       "ISM_PROJECTION=1 | ISM_PROJECTION=4" "\0" "",
       (const char *)&glbk__glsl_prog_ism_push_frag },
-    { "prog/ism_receivers.frag\0" "cohsm_math ism_fold gbuffer" "\0" "screen.vert" "\0"
+    { "prog/ism_receivers.frag\0" "cohsm_math ism_fold gbuffer ism_scattering" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_receivers_frag },
-    { "prog/ism_resolve.frag\0" "ism_bindings gbuffer picture" "\0" "screen.vert" "\0"
+    { "prog/ism_resolve.frag\0" "ism_bindings gbuffer picture" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_resolve_frag },
-    { "prog/ism_run.frag\0" "ism_fold" "\0" "screen.vert" "\0"
+    { "prog/ism_run.frag\0" "ism_fold ism_scattering" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_run_frag },
-    { "prog/ism_scan.frag\0" "ism_bindings ism_choosing" "\0" "screen.vert" "\0"
+    { "prog/ism_scan.frag\0" "ism_bindings ism_choosing" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_scan_frag },
-    { "prog/ism_seen.frag\0" "cohsm_math ism_fold gbuffer" "\0" "screen.vert" "\0"
+    { "prog/ism_seen.frag\0" "cohsm_math ism_fold gbuffer ism_scattering" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_seen_frag },
-    { "prog/ism_shade.comp\0" "ism_gbuffer ism_light ism_view" "\0" "" "\0"
+    { "prog/ism_shade.comp\0" "ism_gbuffer ism_light" "\0" "" "\0"
       "ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5 | ISM_NEAR=6" "\0" "",
       (const char *)&glbk__glsl_prog_ism_shade_comp },
-    { "prog/ism_shade.frag\0" "ism_gbuffer ism_light ism_view" "\0" "screen.vert" "\0"
+    { "prog/ism_shade.frag\0" "ism_gbuffer ism_light" "\0" "" "\0"
       "ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5 | ISM_NEAR=6" "\0" "",
       (const char *)&glbk__glsl_prog_ism_shade_frag },
-    { "prog/ism_shares.frag\0" "ism_densities" "\0" "screen.vert" "\0"
+    { "prog/ism_shares.frag\0" "ism_densities" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_shares_frag },
-    { "prog/ism_sizes.frag\0" "cohsm_math ism_corners ism_fold ism_hash" "\0" "screen.vert" "\0"
+    { "prog/ism_sizes.frag\0" "cohsm_math ism_corners ism_fold ism_hash ism_scattering" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_sizes_frag },
-    { "prog/ism_splat.comp\0" "ism_disc ism_frame" "\0" "" "\0"
+    { "prog/ism_splat.comp\0" "ism_disc" "\0" "" "\0"
       "ISM_PROJECTION=1 | ISM_PROJECTION=4" "\0" "",
       (const char *)&glbk__glsl_prog_ism_splat_comp },
-    { "prog/ism_splat.frag\0" "ism_disc ism_frame" "\0" "ism_splat.vert" "\0"
+    { "prog/ism_splat.frag\0" "ism_disc" "\0" "ism_splat.vert" "\0"
       "ISM_PROJECTION=1 ISM_QUADS=0 | ISM_PROJECTION=4 ISM_QUADS=1" "\0" "",
       (const char *)&glbk__glsl_prog_ism_splat_frag },
-    { "prog/ism_splat.vert\0" "ism_disc ism_frame" "\0" "" "\0"
+    { "prog/ism_splat.vert\0" "ism_disc" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_splat_vert },
-    { "prog/ism_weigh.frag\0" "ism_pvpl" "\0" "screen.vert" "\0"
+    { "prog/ism_weigh.frag\0" "ism_pvpl" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_weigh_frag }
 };
@@ -3301,22 +3094,19 @@ GLBK__PART_CODE(ism, ISM)
 
 /* ---- ism: arguments ---- */
 
-typedef struct glbk__ism_range {    /* a field, its value, and the range of values but 0 */
+typedef struct glbk__ism_range {        /* a field, and the range of its values but 0 */
     const char *field;
-    double      value, low, high;
+    double      low, high;
     const char *wanted;             /* the range in words */
 } glbk__ism_range;
 
-/* Logs the first field that is out of its range. */
+/* Logs the first field that is out of its range; a table of ranges ends with one without a field. */
 static glbk_result glbk__ism_in_range(const glbk_context *ctx, const char *function,
-                                      const glbk__ism_range *ranges, size_t count)
+                                      const glbk__ism_range *r, const double *values)
 {
-    size_t i;
-    for (i = 0; i < count; i++) {
-        const glbk__ism_range *r = &ranges[i];
-        if ((r->value >= r->low && r->value <= r->high) || (r->value >= 0 && r->value <= 0)) continue;
-        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, r->field, r->value, r->wanted);
-    }
+    for (; r->field; r++, values++)
+        if (!(*values >= r->low && *values <= r->high) && !(*values >= 0 && *values <= 0))
+            return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, r->field, *values, r->wanted);
     return GLBK_OK;
 }
 
@@ -3326,60 +3116,75 @@ static int glbk__ism_power_of_two(uint32_t x) { return (x & (x - 1)) == 0; }
 /* Checks the fields that count here as ism_create does. */
 static glbk_result glbk__ism_check_desc(const glbk_context *ctx, const char *function, const ism_desc *d)
 {
-    const glbk__ism_range ranges[] = {
-        { "desc.vpl_count", (double)d->vpl_count, 1, 16384, "0 or 1..16384" },
-        { "desc.surfel_count", (double)d->surfel_count, 8, 65536, "0 or 8..65536" },
-        { "desc.tile_side", (double)d->tile_side, 8, 256, "0 or a power of two, 8..256" },
-        { "desc.projection", (double)d->projection, 0, ISM_PROJECTION_COUNT - 1,
-          "a value of ism_projection" },
-        { "desc.lazy_frames", (double)d->lazy_frames, 1, 64, "0 or 1..64" },
-        { "desc.splat_scale", (double)d->splat_scale, 0, 16, "0..16" },
-        { "desc.near_point_count", (double)d->near_point_count, -2147483648.0, 64, "64 at most" },
-        { "desc.window_rim", d->window_rim < 0 ? 0.0 : (double)d->window_rim, 2,
-          0.5 * (double)(d->tile_side ? d->tile_side : 64), "negative, 0 or 2..tile_side / 2" }
+    static const glbk__ism_range ranges[] = {
+        { "desc.vpl_count", 1, 16384, "0 or 1..16384" },
+        { "desc.surfel_count", 8, 65536, "0 or 8..65536" },
+        { "desc.tile_side", 8, 256, "0 or a power of two, 8..256" },
+        { "desc.projection", 0, ISM_PROJECTION_COUNT - 1, "a value of ism_projection" },
+        { "desc.lazy_frames", 1, 64, "0 or 1..64" },
+        { "desc.splat_scale", 0, 16, "0..16" },
+        { "desc.near_point_count", -2147483648.0, 64, "64 at most" },
+        { NULL, 0, 0, NULL }
     };
+    const uint32_t side = d->tile_side ? d->tile_side : 64;
+    double values[7];
+    glbk_result result;
     if (!glbk__ism_power_of_two(d->tile_side))
-        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "desc.tile_side", (double)d->tile_side,
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "desc.tile_side", d->tile_side,
                                   "0 or a power of two, 8..256");
-    return glbk__ism_in_range(ctx, function, ranges, sizeof ranges / sizeof ranges[0]);
+    values[0] = d->vpl_count;
+    values[1] = d->surfel_count;
+    values[2] = d->tile_side;
+    values[3] = (double)d->projection;
+    values[4] = d->lazy_frames;
+    values[5] = (double)d->splat_scale;
+    values[6] = d->near_point_count;
+    result = glbk__ism_in_range(ctx, function, ranges, values);
+    if (result != GLBK_OK || d->window_rim <= 0) return result;
+    if (d->window_rim >= 2 && (uint32_t)d->window_rim <= side / 2) return GLBK_OK;
+    return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "desc.window_rim", d->window_rim,
+                              "negative, 0 or 2..tile_side / 2");
 }
 
-/* Returns a desc with defaults in place of zeros, zeros in place of negative numbers that say none, and
-   without its system. */
-static ism_desc glbk__ism_resolved(const ism_desc *desc)
+/* Puts defaults in place of zeros, and zeros in place of negative numbers that say none, and takes the system
+   away. */
+static void glbk__ism_resolve(ism_desc *d)
 {
-    ism_desc d = *desc;
-    memset(&d.system, 0, sizeof d.system);
-    if (!d.vpl_count) d.vpl_count = 1024;
-    if (!d.surfel_count) d.surfel_count = 8192;
-    if (!d.tile_side) d.tile_side = 64;
-    if (d.projection == ISM_PROJECTION_DEFAULT) d.projection = ISM_PROJECTION_COSINE;
-    if (!d.lazy_frames) d.lazy_frames = 8;
-    if (!d.near_point_count) d.near_point_count = 16;
-    if (d.near_point_count < 0) d.near_point_count = 0;
-    if (!d.window_rim) d.window_rim = d.tile_side < 16 ? 2 : (int32_t)(d.tile_side / 8);
-    if (d.window_rim < 0) d.window_rim = 0;
-    if (!(d.splat_scale > 0)) d.splat_scale = 1.0f;
-    return d;
+    memset(&d->system, 0, sizeof d->system);
+    if (!d->vpl_count) d->vpl_count = 1024;
+    if (!d->surfel_count) d->surfel_count = 8192;
+    if (!d->tile_side) d->tile_side = 64;
+    if (d->projection == ISM_PROJECTION_DEFAULT) d->projection = ISM_PROJECTION_COSINE;
+    if (!d->lazy_frames) d->lazy_frames = 8;
+    if (!d->near_point_count) d->near_point_count = 16;
+    if (d->near_point_count < 0) d->near_point_count = 0;
+    if (!d->window_rim) d->window_rim = d->tile_side < 16 ? 2 : (int32_t)(d->tile_side / 8);
+    if (d->window_rim < 0) d->window_rim = 0;
+    if (!(d->splat_scale > 0)) d->splat_scale = 1.0f;
 }
 
 /* Checks a shading as ism_shade does, and writes the shading with its defaults. */
 static glbk_result glbk__ism_check_shading(const glbk_context *ctx, const char *function,
                                            const ism_shading *shading, ism_shading *out)
 {
+    static const glbk__ism_range ranges[] = {
+        { "shading.near_mode", 0, ISM_NEAR_COUNT - 1, "a value of ism_near" },
+        { "shading.bias", -3.5e38, 0.99999999, "below 1" },
+        { "shading.clamp", 0, 3e38, "0 or above 0" },
+        { NULL, 0, 0, NULL }
+    };
+    double values[3];
+    glbk_result result;
     memset(out, 0, sizeof *out);
     if (shading) *out = *shading;
     if (out->interleave > 8 || !glbk__ism_power_of_two(out->interleave))
         return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "shading.interleave", out->interleave,
                                   "0, 1, 2, 4 or 8");
-    if ((unsigned)out->near_mode >= ISM_NEAR_COUNT)
-        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "shading.near_mode", (double)out->near_mode,
-                                  "a value of ism_near");
-    if (!(out->bias < 1))
-        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "shading.bias", (double)out->bias, "below 1");
-    if (!(out->clamp >= 0 && out->clamp < 3e38f))
-        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "shading.clamp", (double)out->clamp,
-                                  "0 or above 0");
+    values[0] = (double)out->near_mode;
+    values[1] = (double)out->bias;
+    values[2] = (double)out->clamp;
+    result = glbk__ism_in_range(ctx, function, ranges, values);
+    if (result != GLBK_OK) return result;
     if (out->visible_fn || out->near_visible_fn)
         return glbk__refuse(ctx, GLBK_ERR_DESC, function,
                             out->visible_fn ? "shading.visible_fn" : "shading.near_visible_fn",
@@ -3391,18 +3196,18 @@ static glbk_result glbk__ism_check_shading(const glbk_context *ctx, const char *
     return GLBK_OK;
 }
 
-/* Checks that maps were created. */
+/* Checks that there is a context, and that maps were created. */
 static glbk_result glbk__ism_check_maps(const glbk_context *ctx, const char *function, const glbk_ism_maps *m)
 {
-    if (m && m->vpls.name) return GLBK_OK;
+    if (ctx && m && m->vpls.name) return GLBK_OK;
     return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "maps", m ? "were not created" : "is NULL");
 }
 
-/* Checks that a renderer was created. */
+/* Checks that there is a context, and that a renderer was created. */
 static glbk_result glbk__ism_check_renderer(const glbk_context *ctx, const char *function,
                                             const glbk_ism_renderer *r)
 {
-    if (r && r->view.name) return GLBK_OK;
+    if (ctx && r && r->view.name) return GLBK_OK;
     return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "renderer", r ? "was not created" : "is NULL");
 }
 
@@ -3432,67 +3237,60 @@ typedef struct glbk__ism_element {
     size_t      index;
 } glbk__ism_element;
 
-/* Logs "FUNCTION: LIST[INDEX].FIELD WHAT VALUE; it must be WANTED". component: which number of the field is
-   wrong, or -1 if the field is no vector. */
-static glbk_result glbk__ism_refuse_field(const glbk__ism_element *e, const char *field, int component,
-                                          const char *what, double value, const char *wanted)
+/* Ranges of numbers, and then the vectors that must be 0.97..1.03 long. */
+enum { GLBK__ISM_FINITE, GLBK__ISM_FLUX, GLBK__ISM_EXPONENT, GLBK__ISM_LENGTH, GLBK__ISM_UNIT };
+
+/* A field of an element: its first byte there, how many floats it has, and what they must be. */
+typedef struct glbk__ism_field {
+    char          name[11];
+    unsigned char at, count, kind;
+} glbk__ism_field;
+
+/* Logs of a field (".position") "FUNCTION: LIST[INDEX]FIELD is VALUE; it must be WANTED". component: which
+   number of the field is wrong, or GLBK__NO_INDEX if the field is no vector. */
+static glbk_result glbk__ism_refuse_field(const glbk__ism_element *e, const char *field, size_t component,
+                                          const char *of_field, double value, const char *wanted)
 {
-    glbk_ism__message name, text;
-    name.used = text.used = 0;
-    glbk_ism__message_text(&name, e->list);
-    glbk_ism__message_text(&name, "[");
-    glbk_ism__message_count(&name, e->index);
-    glbk_ism__message_text(&name, "].");
-    glbk_ism__message_text(&name, field);
-    if (component >= 0) {
-        glbk_ism__message_text(&name, "[");
-        glbk_ism__message_count(&name, (uint64_t)component);
-        glbk_ism__message_text(&name, "]");
-    }
-    glbk_ism__message_text(&text, what);
-    glbk_ism__message_text(&text, " ");
-    glbk_ism__message_number(&text, value);
-    glbk_ism__message_text(&text, "; it must be ");
-    glbk_ism__message_text(&text, wanted);
-    return glbk__refuse(e->ctx, GLBK_ERR_INPUT, e->function, name.text, text.text);
+    char member[GLBK__ELEMENT_ROOM];
+    glbk__name_element(member, field, component, of_field);
+    return glbk__refuse_element_value(e->ctx, GLBK_ERR_INPUT, e->function, e->list, e->index, member, value,
+                                      wanted);
 }
 
 /* Returns whether a float is finite. */
 static int glbk__ism_finite(float x) { return x * 0 >= 0 && x * 0 <= 0; }
 
-/* Checks that three floats are finite. */
-static glbk_result glbk__ism_check_finite(const glbk__ism_element *e, const char *field, const float *v)
+/* Checks a field of an element. */
+static glbk_result glbk__ism_check_field(const glbk__ism_element *e, const glbk__ism_field *f,
+                                         const void *element)
 {
-    int k;
-    for (k = 0; k < 3; k++)
-        if (!glbk__ism_finite(v[k])) return glbk__ism_refuse_field(e, field, k, "is", (double)v[k], "finite");
+    static const struct { float low, high; const char *wanted; } ranges[] = {
+        { -3.402823466e38f, 3.402823466e38f, "finite" }, { 0, 1e30f, "0..1e30" }, { 0, 1e5f, "0..1e5" },
+        { 0, 3e38f, "finite and not negative" }
+    };
+    float v[3] = { 0, 0, 0 }, length2;
+    size_t k;
+    memcpy(v, (const char *)element + f->at, 4 * (size_t)f->count);
+    length2 = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+    if (f->kind == GLBK__ISM_UNIT)
+        return glbk_ism__is_unit2(length2)
+                   ? GLBK_OK
+                   : glbk__ism_refuse_field(e, f->name, GLBK__NO_INDEX, "'s length", (double)sqrtf(length2),
+                                            "1 (0.97..1.03)");
+    for (k = 0; k < f->count; k++)
+        if (!(v[k] >= ranges[f->kind].low && v[k] <= ranges[f->kind].high))
+            return glbk__ism_refuse_field(e, f->name, f->count > 1 ? k : GLBK__NO_INDEX, "", (double)v[k],
+                                          ranges[f->kind].wanted);
     return GLBK_OK;
 }
 
-/* Checks that three floats are a flux. */
-static glbk_result glbk__ism_check_flux(const glbk__ism_element *e, const float *v)
+/* Checks fields, the last of which has no floats. */
+static glbk_result glbk__ism_check_fields(const glbk__ism_element *e, const glbk__ism_field *f,
+                                          const void *element)
 {
-    int k;
-    for (k = 0; k < 3; k++)
-        if (!(v[k] >= 0 && v[k] <= 1e30f))
-            return glbk__ism_refuse_field(e, "flux", k, "is", (double)v[k], "0..1e30");
-    return GLBK_OK;
-}
-
-/* Checks that a vector is 0.97..1.03 long. */
-static glbk_result glbk__ism_check_unit(const glbk__ism_element *e, const char *field, const float *v)
-{
-    const float length2 = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
-    if (glbk_ism__is_unit2(length2)) return GLBK_OK;
-    return glbk__ism_refuse_field(e, field, -1, "has the length", (double)sqrtf(length2), "1 (0.97..1.03)");
-}
-
-/* Checks that a number is within 0..most. wanted: that range in words. */
-static glbk_result glbk__ism_check_number(const glbk__ism_element *e, const char *field, float value,
-                                          float most, const char *wanted)
-{
-    if (value >= 0 && value <= most) return GLBK_OK;
-    return glbk__ism_refuse_field(e, field, -1, "is", (double)value, wanted);
+    glbk_result result = GLBK_OK;
+    for (; f->count && result == GLBK_OK; f++) result = glbk__ism_check_field(e, f, element);
+    return result;
 }
 
 /* Returns whether a window leaves something of each side of the tile. */
@@ -3506,17 +3304,19 @@ static int glbk__ism_window(uint32_t window)
 static glbk_result glbk__ism_check_vpl(const glbk_context *ctx, const ism_vpl *v, size_t i)
 {
     const glbk__ism_element e = { ctx, "glbk_ism_vpls_upload", "vpls", i };
-    glbk_result result = glbk__ism_check_finite(&e, "position", v->position);
-    if (result == GLBK_OK) result = glbk__ism_check_flux(&e, v->flux);
-    if (result == GLBK_OK) result = glbk__ism_check_unit(&e, "normal", v->normal);
-    if (result == GLBK_OK) result = glbk__ism_check_unit(&e, "axis", v->axis);
-    if (result == GLBK_OK) result = glbk__ism_check_number(&e, "exponent", v->exponent, 1e5f, "0..1e5");
-    if (result == GLBK_OK)
-        result = glbk__ism_check_number(&e, "edge", v->edge, 3e38f, "finite and not negative");
-    if (result == GLBK_OK)
-        result = glbk__ism_check_number(&e, "reach", v->reach, 3e38f, "finite and not negative");
+    static const glbk__ism_field fields[] = {
+        { ".position", offsetof(ism_vpl, position), 3, GLBK__ISM_FINITE },
+        { ".flux", offsetof(ism_vpl, flux), 3, GLBK__ISM_FLUX },
+        { ".normal", offsetof(ism_vpl, normal), 3, GLBK__ISM_UNIT },
+        { ".axis", offsetof(ism_vpl, axis), 3, GLBK__ISM_UNIT },
+        { ".exponent", offsetof(ism_vpl, exponent), 1, GLBK__ISM_EXPONENT },
+        { ".edge", offsetof(ism_vpl, edge), 1, GLBK__ISM_LENGTH },
+        { ".reach", offsetof(ism_vpl, reach), 1, GLBK__ISM_LENGTH },
+        { "", 0, 0, 0 }
+    };
+    const glbk_result result = glbk__ism_check_fields(&e, fields, v);
     if (result != GLBK_OK || glbk__ism_window(v->window)) return result;
-    return glbk__ism_refuse_field(&e, "window", -1, "is", (double)v->window,
+    return glbk__ism_refuse_field(&e, ".window", GLBK__NO_INDEX, "", (double)v->window,
                                   "cuts that leave something of each side");
 }
 
@@ -3525,26 +3325,30 @@ static glbk_result glbk__ism_check_near_point(const glbk_context *ctx, const ism
                                               uint32_t vpl_count)
 {
     const glbk__ism_element e = { ctx, "glbk_ism_near_points_upload", "points", i };
-    glbk_result result = glbk__ism_check_finite(&e, "position", p->position);
-    if (result == GLBK_OK) result = glbk__ism_check_finite(&e, "normal", p->normal);
-    if (result == GLBK_OK) result = glbk__ism_check_flux(&e, p->flux);
-    if (result == GLBK_OK)
-        result = glbk__ism_check_number(&e, "edge", p->edge, 3e38f, "finite and not negative");
-    if (result == GLBK_OK)
-        result = glbk__ism_check_number(&e, "reach", p->reach, 3e38f, "finite and not negative");
+    static const glbk__ism_field fields[] = {
+        { ".position", offsetof(ism_near_point, position), 3, GLBK__ISM_FINITE },
+        { ".normal", offsetof(ism_near_point, normal), 3, GLBK__ISM_FINITE },
+        { ".flux", offsetof(ism_near_point, flux), 3, GLBK__ISM_FLUX },
+        { ".edge", offsetof(ism_near_point, edge), 1, GLBK__ISM_LENGTH },
+        { ".reach", offsetof(ism_near_point, reach), 1, GLBK__ISM_LENGTH },
+        { "", 0, 0, 0 }
+    };
+    const glbk_result result = glbk__ism_check_fields(&e, fields, p);
     if (result != GLBK_OK || (p->vpl >= 0 && p->vpl < (float)vpl_count)) return result;
-    return glbk__ism_refuse_field(&e, "vpl", -1, "is", (double)p->vpl, "the number of an uploaded VPL");
+    return glbk__ism_refuse_field(&e, ".vpl", GLBK__NO_INDEX, "", (double)p->vpl,
+                                  "the number of an uploaded VPL");
 }
 
 /* Logs that a size of lists is another than that of the maps, for which they were made. */
 static glbk_result glbk__ism_refuse_size(const glbk_context *ctx, const char *function, const char *field,
                                          size_t value, size_t wanted)
 {
-    glbk_ism__message text;
-    text.used = 0;
-    glbk_ism__message_count(&text, wanted);
-    glbk_ism__message_text(&text, ", as glbk_ism_maps_create was told: give ism_create the same desc");
-    return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, function, field, (double)value, text.text);
+    char line[GLBK__LINE_ROOM];
+    glbk__sink sink;
+    glbk__begin_line(&sink, line);
+    glbk__append_number(&sink, wanted);
+    glbk__append_text(&sink, ", as glbk_ism_maps_create was told: give ism_create the same desc");
+    return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, function, field, (double)value, line);
 }
 
 /* Checks that lists come from an ism_create with the desc of the maps, and that their sphere can be used. */
@@ -3595,60 +3399,94 @@ static glbk_result glbk__ism_check_mesh(const glbk_context *ctx, const char *fun
 
 /* ---- ism: maps ---- */
 
-/* Makes the pictures that both paths draw to: the planes of surfels, and the atlas. */
-static glbk_result glbk__ism_create_canvases(glbk_context *ctx, glbk_ism_maps *m)
+/* Makes objects one after the other. After the first error no more are made. */
+typedef struct glbk__ism_making {
+    glbk_context *ctx;
+    glbk_result   result;           /* of all that were made so far */
+    const char   *defines;          /* of programs; NULL = none */
+} glbk__ism_making;
+
+static glbk__ism_making glbk__ism_begin_making(glbk_context *ctx)
 {
-    const glbk_texture *depth = NULL;
+    glbk__ism_making k;
+    k.ctx = ctx;
+    k.result = GLBK_OK;
+    k.defines = NULL;
+    return k;
+}
+
+/* Makes a program, which may read a G-buffer. */
+static void glbk__ism_make_program(glbk__ism_making *k, const char *name, glbk_program *out)
+{
+    if (k->result == GLBK_OK)
+        k->result = glbk__gbuffer_program(k->ctx, glbk_ism_part(), name, k->defines, out);
+}
+
+/* Makes a picture of a format and its target. */
+static void glbk__ism_make_canvas(glbk__ism_making *k, glbk_format format, uint32_t width, uint32_t height,
+                                  const glbk_texture *depth, glbk_texture *texture, glbk_target *target)
+{
+    if (k->result == GLBK_OK)
+        k->result = glbk__canvas(k->ctx, format, width, height, depth, texture, target);
+}
+
+static void glbk__ism_make_table(glbk__ism_making *k, glbk_format format, const void *texels, size_t count,
+                                 glbk_texture *out)
+{
+    if (k->result == GLBK_OK) k->result = glbk__table_create(k->ctx, format, texels, count, out);
+}
+
+static void glbk__ism_make_block(glbk__ism_making *k, size_t bytes, glbk_buffer *out)
+{
+    if (k->result == GLBK_OK) k->result = glbk_buffer_create(k->ctx, bytes, NULL, out);
+}
+
+/* Makes the pictures that both paths draw to: the planes of surfels, and the atlas. */
+static void glbk__ism_make_canvases(glbk__ism_making *k, glbk_ism_maps *m)
+{
     glbk_texture_desc d;
-    glbk_result result = GLBK_OK;
     memset(&d, 0, sizeof d);
     d.format = GLBK_FORMAT_DEPTH32F;
     d.width = d.height = m->side;
-    if (!m->compute) {
-        result = glbk_texture_create(ctx, &d, &m->depth);
-        depth = &m->depth;
-    }
-    if (result == GLBK_OK)
-        result = glbk__canvas(ctx, GLBK_FORMAT_COLOR, m->side, m->side, depth, &m->planes, &m->plane_target);
-    if (result != GLBK_OK) return result;
-    return glbk__canvas(ctx, GLBK_FORMAT_R32UI, m->side, m->side, NULL, &m->atlas, &m->atlas_target);
+    if (!m->compute && k->result == GLBK_OK) k->result = glbk_texture_create(k->ctx, &d, &m->depth);
+    glbk__ism_make_canvas(k, GLBK_FORMAT_COLOR, m->side, m->side, m->compute ? NULL : &m->depth, &m->planes,
+                          &m->plane_target);
+    glbk__ism_make_canvas(k, GLBK_FORMAT_R32UI, m->side, m->side, NULL, &m->atlas, &m->atlas_target);
 }
 
 /* Makes pictures and programs that take the core path from surfels to the atlas: kept texels, levels of pull,
    push. */
-static glbk_result glbk__ism_create_fill(glbk_context *ctx, glbk_ism_maps *m, const char *projection)
+static void glbk__ism_make_fill(glbk__ism_making *k, glbk_ism_maps *m)
 {
+    const char *projection = k->defines;
     char defines[] = "ISM_LEVEL=1";
     const uint32_t side = m->side;
-    glbk_result result = glbk__canvas(ctx, GLBK_FORMAT_R8UI, side, side, NULL, &m->kept, &m->kept_target);
     uint32_t i;
-    if (result == GLBK_OK)
-        result = glbk__program_create(ctx, glbk_ism_part(), "ism_holes.frag", projection, &m->holes);
-    for (i = 0; i < GLBK_ISM_LEVELS && result == GLBK_OK; i++) {
-        result = glbk__canvas(ctx, GLBK_FORMAT_R32UI, side >> (i + 1), side >> (i + 1), NULL, &m->pull[i],
-                              &m->pull_target[i]);
+    glbk__ism_make_canvas(k, GLBK_FORMAT_R8UI, side, side, NULL, &m->kept, &m->kept_target);
+    glbk__ism_make_program(k, "ism_holes.frag", &m->holes);
+    glbk__ism_make_program(k, "ism_push.frag", &m->push);
+    k->defines = defines;
+    for (i = 0; i < GLBK_ISM_LEVELS; i++) {
+        const uint32_t coarse = side >> (i + 1);
+        glbk__ism_make_canvas(k, GLBK_FORMAT_R32UI, coarse, coarse, NULL, &m->pull[i], &m->pull_target[i]);
         defines[10] = (char)('1' + (int)i);
-        if (result == GLBK_OK)
-            result = glbk__program_create(ctx, glbk_ism_part(), "ism_pull.frag", defines,
-                                          &m->pull_program[i]);
+        glbk__ism_make_program(k, "ism_pull.frag", &m->pull_program[i]);
     }
-    if (result != GLBK_OK) return result;
-    return glbk__program_create(ctx, glbk_ism_part(), "ism_push.frag", projection, &m->push);
+    k->defines = projection;
 }
 
 /* Compiles all programs that maps need. */
-static glbk_result glbk__ism_create_programs(glbk_context *ctx, glbk_ism_maps *m)
+static void glbk__ism_make_programs(glbk__ism_making *k, glbk_ism_maps *m)
 {
     char defines[] = "ISM_PROJECTION=1 ISM_QUADS=0";
-    glbk_result result;
-    m->quads = !m->compute && ctx->max_point_side < (float)m->desc.tile_side;
+    m->quads = !m->compute && k->ctx->max_point_side < (float)m->desc.tile_side;
     defines[15] = (char)('0' + (int)m->desc.projection);
     defines[27] = m->quads ? '1' : '0';
-    result = glbk__program_create(ctx, glbk_ism_part(),
-                                  m->compute ? "ism_splat.comp" : "ism_splat.frag", defines, &m->splat);
-    if (result != GLBK_OK) return result;
-    if (!m->compute) return glbk__ism_create_fill(ctx, m, defines);
-    return glbk__program_create(ctx, glbk_ism_part(), "ism_fill.comp", defines, &m->fill);
+    k->defines = defines;
+    glbk__ism_make_program(k, m->compute ? "ism_splat.comp" : "ism_splat.frag", &m->splat);
+    if (m->compute) glbk__ism_make_program(k, "ism_fill.comp", &m->fill);
+    else glbk__ism_make_fill(k, m);
+    k->defines = NULL;
 }
 
 /* Returns how many levels pull and push have. The coarsest has at least two cells a side of a tile. */
@@ -3700,16 +3538,14 @@ static glbk_result glbk__ism_write_frame(glbk_context *ctx, const glbk_ism_maps 
 /* Makes the tables of surfels. By compute there is one, since a dispatch reads all phases. On the core path
    each phase has its own: a phase is written while the frame before may still be drawn, and drivers then copy
    the whole texture. */
-static glbk_result glbk__ism_create_surfels(glbk_context *ctx, glbk_ism_maps *m)
+static void glbk__ism_make_surfels(glbk__ism_making *k, glbk_ism_maps *m)
 {
     const size_t count = (size_t)m->desc.vpl_count * m->phase_surfel_count;
     const uint32_t phases = m->desc.lazy_frames;
-    glbk_result result = GLBK_OK;
     uint32_t i;
-    if (m->compute) return glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, count * phases, &m->surfels);
-    for (i = 0; i < phases && result == GLBK_OK; i++)
-        result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, count, &m->phase_surfels[i]);
-    return result;
+    if (m->compute) glbk__ism_make_table(k, GLBK_FORMAT_RGBA32UI, NULL, count * phases, &m->surfels);
+    for (i = 0; i < phases && !m->compute; i++)
+        glbk__ism_make_table(k, GLBK_FORMAT_RGBA32UI, NULL, count, &m->phase_surfels[i]);
 }
 
 /* Decides how large the atlas is and how many surfels a phase has. Returns GLBK_ERR_LIMIT if the atlas is too
@@ -3731,35 +3567,28 @@ static glbk_result glbk__ism_lay_out(const glbk_context *ctx, const char *functi
 static glbk_result glbk__ism_create_all(glbk_context *ctx, glbk_ism_maps *m)
 {
     static const uint32_t nothing[4] = { 0, 0, 0, 0 };
-    const size_t vpls = m->desc.vpl_count;
-    glbk_result result = glbk__ism_create_surfels(ctx, m);
-    if (result == GLBK_OK)
-        result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL,
-                                    glbk__ism_vpl_texels(m) + glbk__ism_spheres(m) +
-                                       3 * vpls * (size_t)m->desc.near_point_count, &m->vpls);
-    if (result == GLBK_OK)
-        result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, nothing, 1, &m->triangle_table);
-    if (result == GLBK_OK) result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32F, nothing, 1, &m->positions);
-    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_ism_frame), NULL, &m->frame);
-    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_ism_view), NULL, &m->view);
-    if (result == GLBK_OK) result = glbk__ism_create_canvases(ctx, m);
-    if (result == GLBK_OK) result = glbk__ism_create_programs(ctx, m);
-    return result == GLBK_OK ? glbk__leave_created(ctx, glbk__ism_write_frame(ctx, m)) : result;
+    const size_t vpls = m->desc.vpl_count, near_points = 3 * vpls * (size_t)m->desc.near_point_count;
+    const size_t texels = glbk__ism_vpl_texels(m) + glbk__ism_spheres(m) + near_points;
+    glbk__ism_making k = glbk__ism_begin_making(ctx);
+    glbk__ism_make_surfels(&k, m);
+    glbk__ism_make_table(&k, GLBK_FORMAT_RGBA32UI, NULL, texels, &m->vpls);
+    glbk__ism_make_table(&k, GLBK_FORMAT_RGBA32UI, nothing, 1, &m->triangle_table);
+    glbk__ism_make_table(&k, GLBK_FORMAT_RGBA32F, nothing, 1, &m->positions);
+    glbk__ism_make_block(&k, sizeof(glbk_ism_frame), &m->frame);
+    glbk__ism_make_block(&k, sizeof(glbk_ism_view), &m->view);
+    glbk__ism_make_canvases(&k, m);
+    glbk__ism_make_programs(&k, m);
+    return k.result == GLBK_OK ? glbk__leave_created(ctx, glbk__ism_write_frame(ctx, m)) : k.result;
 }
 
 GLBK_DEF glbk_result glbk_ism_maps_create(glbk_context *ctx, const ism_desc *desc, glbk_ism_maps *out)
 {
-    ism_desc given;
-    glbk_result result;
-    if (!ctx) return GLBK_ERR_ARGUMENT;
-    if (!out) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "out", "is NULL");
-    memset(out, 0, sizeof *out);
-    memset(&given, 0, sizeof given);
-    if (desc) given = *desc;
-    result = glbk__ism_check_desc(ctx, __func__, &given);
+    glbk_result result = glbk__enter_create(ctx, __func__, out, sizeof *out);
     if (result != GLBK_OK) return result;
-    out->desc = glbk__ism_resolved(&given);
-    result = glbk__ism_lay_out(ctx, __func__, out);
+    if (desc) out->desc = *desc;
+    result = glbk__ism_check_desc(ctx, __func__, &out->desc);
+    glbk__ism_resolve(&out->desc);
+    if (result == GLBK_OK) result = glbk__ism_lay_out(ctx, __func__, out);
     if (result == GLBK_OK) result = glbk__ism_create_all(ctx, out);
     if (result != GLBK_OK) glbk_ism_maps_free(ctx, out);
     return result;
@@ -3881,9 +3710,7 @@ static glbk_result glbk__ism_replace_mesh(glbk_context *ctx, glbk_ism_maps *m, c
 GLBK_DEF glbk_result glbk_ism_mesh_upload(glbk_context *ctx, glbk_ism_maps *m, const ism_mesh *mesh)
 {
     size_t count = 0;
-    glbk_result result;
-    if (!ctx) return GLBK_ERR_ARGUMENT;
-    result = glbk__ism_check_maps(ctx, __func__, m);
+    glbk_result result = glbk__ism_check_maps(ctx, __func__, m);
     if (result == GLBK_OK && mesh) {
         result = glbk__ism_check_mesh(ctx, __func__, mesh);
         count = (mesh->indices || mesh->indices16 ? mesh->index_count : mesh->vertex_count) / 3;
@@ -3899,11 +3726,9 @@ GLBK_DEF glbk_result glbk_ism_mesh_upload(glbk_context *ctx, glbk_ism_maps *m, c
 GLBK_DEF glbk_result glbk_ism_mesh_move(glbk_context *ctx, glbk_ism_maps *m, const float *positions,
                                         size_t stride)
 {
-    glbk_result result;
-    if (!ctx) return GLBK_ERR_ARGUMENT;
-    result = glbk__ism_check_maps(ctx, __func__, m);
+    glbk_result result = glbk__ism_check_maps(ctx, __func__, m);
+    if (result == GLBK_OK) result = glbk__require(ctx, __func__, "positions", positions);
     if (result != GLBK_OK) return result;
-    if (!positions) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "positions", "is NULL");
     if (!glbk_ism__stride_valid(stride, 12))
         return glbk__refuse_value(ctx, GLBK_ERR_ARGUMENT, __func__, "stride", (double)stride,
                                   "0 or a multiple of 4, at least 12");
@@ -3916,11 +3741,9 @@ GLBK_DEF glbk_result glbk_ism_surfels_upload(glbk_context *ctx, glbk_ism_maps *m
                                              const ism_surfel *surfels, size_t count)
 {
     size_t wanted;
-    glbk_result result;
-    if (!ctx) return GLBK_ERR_ARGUMENT;
-    result = glbk__ism_check_maps(ctx, __func__, m);
+    glbk_result result = glbk__ism_check_maps(ctx, __func__, m);
+    if (result == GLBK_OK) result = glbk__require(ctx, __func__, "surfels", surfels);
     if (result != GLBK_OK) return result;
-    if (!surfels) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "surfels", "is NULL");
     if (phase >= m->desc.lazy_frames)
         return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "phase", phase, 0,
                                   m->desc.lazy_frames - 1.0);
@@ -3969,9 +3792,7 @@ static glbk_result glbk__ism_check_vpls(const glbk_context *ctx, const char *fun
 GLBK_DEF glbk_result glbk_ism_vpls_upload(glbk_context *ctx, glbk_ism_maps *m, const ism_vpl *vpls,
                                           uint32_t count, const ism_info *info)
 {
-    glbk_result result;
-    if (!ctx) return GLBK_ERR_ARGUMENT;
-    result = glbk__ism_check_vpls(ctx, __func__, m, vpls, count, info);
+    glbk_result result = glbk__ism_check_vpls(ctx, __func__, m, vpls, count, info);
     if (result == GLBK_OK && count) {
         const glbk_ism__allocator memory = glbk_ism__memory(ctx);
         float *texels = (float *)glbk_ism__alloc_array(&memory, count, 64);
@@ -4036,7 +3857,6 @@ GLBK_DEF glbk_result glbk_ism_near_points_upload(glbk_context *ctx, glbk_ism_map
 {
     glbk_result result;
     uint32_t i;
-    if (!ctx) return GLBK_ERR_ARGUMENT;
     result = glbk__ism_check_maps(ctx, __func__, m);
     if (result != GLBK_OK) return result;
     if (count && !points) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "points", "is NULL");
@@ -4173,22 +3993,21 @@ static glbk_result glbk__ism_fill(glbk_context *ctx, glbk_ism_maps *m)
 static glbk_result glbk__ism_check_phases(const glbk_context *ctx, const char *function,
                                           const glbk_ism_maps *m)
 {
-    glbk_ism__message name;
+    char line[GLBK__LINE_ROOM];
+    glbk__sink sink;
     uint32_t phase = 0;
     while (phase < m->desc.lazy_frames && (m->phases >> phase & 1)) phase++;
     if (phase == m->desc.lazy_frames) return GLBK_OK;
-    name.used = 0;
-    glbk_ism__message_text(&name, "the surfels of phase ");
-    glbk_ism__message_count(&name, phase);
-    return glbk__refuse(ctx, GLBK_ERR_ORDER, function, name.text,
+    glbk__begin_line(&sink, line);
+    glbk__append_text(&sink, "the surfels of phase ");
+    glbk__append_number(&sink, phase);
+    return glbk__refuse(ctx, GLBK_ERR_ORDER, function, line,
                         "were not given since the mesh has its triangles: glbk_ism_surfels_upload");
 }
 
 GLBK_DEF glbk_result glbk_ism_draw(glbk_context *ctx, glbk_ism_maps *m, uint32_t surfels_per_pass)
 {
-    glbk_result result;
-    if (!ctx) return GLBK_ERR_ARGUMENT;
-    result = glbk__ism_check_maps(ctx, __func__, m);
+    glbk_result result = glbk__ism_check_maps(ctx, __func__, m);
     if (result == GLBK_OK && m->triangle_count) result = glbk__ism_check_phases(ctx, __func__, m);
     if (result == GLBK_OK) result = glbk__ism_splat(ctx, m, surfels_per_pass);
     if (result == GLBK_OK) result = glbk__ism_fill(ctx, m);
@@ -4226,9 +4045,7 @@ GLBK_DEF glbk_result glbk_ism_bind(glbk_context *ctx, const glbk_ism_maps *m, co
 {
     ism_shading s;
     glbk_ism_view view;
-    glbk_result result;
-    if (!ctx) return GLBK_ERR_ARGUMENT;
-    result = glbk__ism_check_maps(ctx, __func__, m);
+    glbk_result result = glbk__ism_check_maps(ctx, __func__, m);
     if (result == GLBK_OK) result = glbk__ism_check_shading(ctx, __func__, shading, &s);
     if (result != GLBK_OK) return result;
     view = glbk__ism_view_of(&s);
@@ -4240,29 +4057,25 @@ GLBK_DEF glbk_result glbk_ism_bind(glbk_context *ctx, const glbk_ism_maps *m, co
 GLBK_DEF glbk_result glbk_ism_renderer_create(glbk_context *ctx, const glbk_ism_renderer_desc *d,
                                               glbk_ism_renderer *out)
 {
-    const char *blur;
+    glbk__ism_making k;
     glbk_result result;
-    if (!ctx) return GLBK_ERR_ARGUMENT;
-    if (!out) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "out", "is NULL");
-    memset(out, 0, sizeof *out);
-    result = glbk__require(ctx, __func__, "desc", d);
+    result = glbk__enter_create(ctx, __func__, out, sizeof *out);
+    if (result == GLBK_OK) result = glbk__require(ctx, __func__, "desc", d);
     if (result == GLBK_OK) result = glbk__require_side(ctx, __func__, "desc.width", d->width);
     if (result == GLBK_OK) result = glbk__require_side(ctx, __func__, "desc.height", d->height);
     if (result != GLBK_OK) return result;
     out->width = d->width;
     out->height = d->height;
-    result = glbk__canvas(ctx, GLBK_FORMAT_COLOR, d->width, d->height, NULL, &out->light, &out->light_target);
-    if (result == GLBK_OK)
-        result = glbk__canvas(ctx, GLBK_FORMAT_COLOR, d->width, d->height, NULL, &out->result,
-                              &out->result_target);
-    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_ism_view), NULL, &out->view);
     out->compute = ctx->compute;
-    blur = out->compute ? "ism_blur.comp" : "ism_blur.frag";
-    if (result == GLBK_OK) result = glbk__gbuffer_program(ctx, glbk_ism_part(), blur, NULL, &out->blur);
-    if (result == GLBK_OK)
-        result = glbk__gbuffer_program(ctx, glbk_ism_part(), "ism_resolve.frag", NULL, &out->resolve);
-    if (result != GLBK_OK) glbk_ism_renderer_free(ctx, out);
-    return result;
+    k = glbk__ism_begin_making(ctx);
+    glbk__ism_make_canvas(&k, GLBK_FORMAT_COLOR, d->width, d->height, NULL, &out->light, &out->light_target);
+    glbk__ism_make_canvas(&k, GLBK_FORMAT_COLOR, d->width, d->height, NULL, &out->result,
+                          &out->result_target);
+    glbk__ism_make_block(&k, sizeof(glbk_ism_view), &out->view);
+    glbk__ism_make_program(&k, out->compute ? "ism_blur.comp" : "ism_blur.frag", &out->blur);
+    glbk__ism_make_program(&k, "ism_resolve.frag", &out->resolve);
+    if (k.result != GLBK_OK) glbk_ism_renderer_free(ctx, out);
+    return k.result;
 }
 
 GLBK_DEF void glbk_ism_renderer_free(glbk_context *ctx, glbk_ism_renderer *r)
@@ -4359,9 +4172,7 @@ GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *r, con
 {
     glbk__ism_job job;
     ism_shading s;
-    glbk_result result;
-    if (!ctx) return GLBK_ERR_ARGUMENT;
-    result = glbk__ism_check_gbuffer(ctx, __func__, r, g);
+    glbk_result result = glbk__ism_check_gbuffer(ctx, __func__, r, g);
     if (result == GLBK_OK) result = glbk__ism_check_maps(ctx, __func__, m);
     if (result == GLBK_OK) result = glbk__ism_check_shading(ctx, __func__, shading, &s);
     if (result != GLBK_OK) return result;
@@ -4383,11 +4194,9 @@ GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *r, con
 GLBK_DEF glbk_result glbk_ism_resolve(glbk_context *ctx, glbk_ism_renderer *r, const glbk_gbuffer *g,
                                       const glbk_pass *pass, const glbk_picture *picture)
 {
-    glbk_result result;
-    if (!ctx) return GLBK_ERR_ARGUMENT;
-    result = glbk__ism_check_gbuffer(ctx, __func__, r, g);
+    glbk_result result = glbk__ism_check_gbuffer(ctx, __func__, r, g);
+    if (result == GLBK_OK) result = glbk__require(ctx, __func__, "pass", pass);
     if (result != GLBK_OK) return result;
-    if (!pass) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "pass", "is NULL");
     result = glbk__begin_picture(ctx, __func__, pass, picture, r->width, r->height, &r->resolve);
     if (result != GLBK_OK) return result;
     (void)glbk_gbuffer_bind(ctx, g, NULL);
@@ -4398,11 +4207,9 @@ GLBK_DEF glbk_result glbk_ism_resolve(glbk_context *ctx, glbk_ism_renderer *r, c
 
 GLBK_DEF glbk_result glbk_ism_read(glbk_context *ctx, const glbk_ism_renderer *r, float *rgba)
 {
-    glbk_result result;
-    if (!ctx) return GLBK_ERR_ARGUMENT;
-    result = glbk__ism_check_renderer(ctx, __func__, r);
+    glbk_result result = glbk__ism_check_renderer(ctx, __func__, r);
+    if (result == GLBK_OK) result = glbk__require(ctx, __func__, "rgba", rgba);
     if (result != GLBK_OK) return result;
-    if (!rgba) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "rgba", "is NULL");
     return glbk_target_read(ctx, &r->result_target, 0, 0, 0, r->width, r->height, rgba);
 }
 
@@ -4413,6 +4220,9 @@ GLBK_DEF glbk_result glbk_ism_read(glbk_context *ctx, const glbk_ism_renderer *r
 enum { GLBK__ISM_BLOCK = 32,        /* values that one block of running sums has */
        GLBK__ISM_ROW = 256,         /* VPLs in a row of glbk_ism_choice.drawn */
        GLBK__ISM_WIDEST = 32768 };  /* values that three levels of blocks sum up */
+
+enum { GLBK__ISM_WEIGH, GLBK__ISM_SCAN, GLBK__ISM_CHOOSE, GLBK__ISM_EDGES, GLBK__ISM_EFFECT, GLBK__ISM_EXTENT,
+       GLBK__ISM_CHOICE_PROGRAMS = GLBK__ISM_EXTENT + 2 };
 
 /* Returns whether effects on the picture count in the choice, and not flux alone. */
 static uint32_t glbk__ism_by_effect(const ism_desc *d) { return d->importance != ISM_IMPORTANCE_FLUX; }
@@ -4426,7 +4236,15 @@ static uint32_t glbk__ism_source_rows(const glbk_ism_choice_desc *d) { return d-
 static glbk_result glbk__ism_check_choice_desc(const glbk_context *ctx, const char *function,
                                                const glbk_ism_choice_desc *d, const ism_desc *maps)
 {
+    static const glbk__ism_range ranges[] = {
+        { "maps->desc.importance", 0, ISM_IMPORTANCE_COUNT - 1, "a value of ism_importance" },
+        { "maps->desc.view_grid_side", 1, 16, "0 or 1..16" },
+        { "maps->desc.blur_radius", -2147483648.0, 16, "16 at most" },
+        { "maps->desc.flux_share", 0, 1, "0..1" },
+        { NULL, 0, 0, NULL }
+    };
     const uint32_t widest = GLBK__ISM_WIDEST;
+    double values[4];
     const double most = ctx->max_side < widest ? ctx->max_side : widest;
     if (!d->width || !d->height)
         return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, d->width ? "desc.height" : "desc.width", 0,
@@ -4436,110 +4254,115 @@ static glbk_result glbk__ism_check_choice_desc(const glbk_context *ctx, const ch
     if ((double)d->height * d->face_count > most)
         return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, function, "desc.height times desc.face_count",
                                   (double)d->height * d->face_count, 1, most);
-    if ((unsigned)maps->importance >= ISM_IMPORTANCE_COUNT)
-        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "maps->desc.importance",
-                                  (double)maps->importance, "a value of ism_importance");
-    if (maps->view_grid_side > 16)
-        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "maps->desc.view_grid_side",
-                                  maps->view_grid_side, "0 or 1..16");
-    if (maps->blur_radius > 16)
-        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "maps->desc.blur_radius", maps->blur_radius,
-                                  "16 at most");
-    if (maps->flux_share >= 0 && maps->flux_share <= 1) return GLBK_OK;
-    return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "maps->desc.flux_share", (double)maps->flux_share,
-                              "0..1");
+    values[0] = (double)maps->importance;
+    values[1] = maps->view_grid_side;
+    values[2] = maps->blur_radius;
+    values[3] = (double)maps->flux_share;
+    return glbk__ism_in_range(ctx, function, ranges, values);
+}
+
+static void glbk__ism_make_sheet(glbk__ism_making *k, glbk_format format, uint32_t width, uint32_t height,
+                                 glbk_ism_sheet *out)
+{
+    glbk__ism_make_canvas(k, format, width, height, NULL, &out->texture, &out->target);
+}
+
+static void glbk__ism_free_sheets(glbk_context *ctx, glbk_ism_sheet *sheets, uint32_t count)
+{
+    uint32_t k;
+    for (k = 0; k < count; k++) {
+        glbk_target_free(ctx, &sheets[k].target);
+        glbk_texture_free(ctx, &sheets[k].texture);
+    }
+}
+
+/* Makes programs, whose names stand one after the other, each ended by 0. */
+static void glbk__ism_make_passes(glbk__ism_making *k, const char *names, glbk_program *out)
+{
+    for (; *names; names += strlen(names) + 1) glbk__ism_make_program(k, names, out++);
 }
 
 /* Makes one level of running sums after the other. */
-static glbk_result glbk__ism_create_sums(glbk_context *ctx, uint32_t width, uint32_t height, int columns,
-                                         glbk_texture *textures, glbk_target *targets)
+static void glbk__ism_make_sums(glbk__ism_making *k, uint32_t width, uint32_t height, int columns,
+                                glbk_ism_sheet *sums)
 {
-    glbk_result result = GLBK_OK;
-    uint32_t k;
-    for (k = 0; k < GLBK_ISM_SUM_LEVELS && result == GLBK_OK; k++) {
-        result = glbk__canvas(ctx, GLBK_FORMAT_RG32UI, width, height, NULL, &textures[k], &targets[k]);
+    uint32_t i;
+    for (i = 0; i < GLBK_ISM_SUM_LEVELS; i++) {
+        glbk__ism_make_sheet(k, GLBK_FORMAT_RG32UI, width, height, &sums[i]);
         if (columns) height = glbk__ism_blocks(height);
         else width = glbk__ism_blocks(width);
     }
-    return result;
 }
 
-/* Makes an RGBA32UI texture of some layers, and a target of all of them. */
-static glbk_result glbk__ism_create_layers(glbk_context *ctx, uint32_t width, uint32_t height,
-                                           uint32_t layers, glbk_texture *texture, glbk_target *target)
+/* Makes a texture of some layers, or with 0 without layers. */
+static void glbk__ism_make_layers(glbk__ism_making *k, glbk_format format, uint32_t width, uint32_t height,
+                                  uint32_t layers, glbk_texture *out)
 {
     glbk_texture_desc d;
-    glbk_target_desc t;
-    glbk_result result;
-    uint32_t k;
     memset(&d, 0, sizeof d);
-    memset(&t, 0, sizeof t);
-    d.format = GLBK_FORMAT_RGBA32UI;
+    d.format = format;
     d.width = width;
     d.height = height;
     d.layers = layers;
-    result = glbk_texture_create(ctx, &d, texture);
-    if (result != GLBK_OK) return result;
-    for (k = 0; k < layers; k++) {
-        t.color[k] = texture;
-        t.layer[k] = k;
-    }
-    return glbk__target_create(ctx, &t, target);
+    if (k->result == GLBK_OK) k->result = glbk_texture_create(k->ctx, &d, out);
 }
 
-/* Makes the pictures of VPLs, and the target by which the table of maps is drawn. */
-static glbk_result glbk__ism_create_drawn(glbk_context *ctx, const glbk_ism_maps *m, glbk_ism_choice *c)
+/* Makes a target of `first`, which may be NULL, and then of some layers of a texture. */
+static void glbk__ism_make_target(glbk__ism_making *k, const glbk_texture *first, const glbk_texture *texture,
+                                  uint32_t layers, glbk_target *out)
 {
-    const uint32_t rows = (m->desc.vpl_count + GLBK__ISM_ROW - 1) / GLBK__ISM_ROW;
+    const uint32_t before = first != NULL;
     glbk_target_desc t;
-    const glbk_result result = glbk__ism_create_layers(ctx, GLBK__ISM_ROW, rows, 3, &c->drawn,
-                                                       &c->drawn_target);
-    if (result != GLBK_OK) return result;
+    uint32_t i;
     memset(&t, 0, sizeof t);
-    t.color[0] = &m->vpls;
-    return glbk__target_create(ctx, &t, &c->table_target);
+    t.color[0] = first;
+    for (i = 0; i < layers; i++) {
+        t.color[before + i] = texture;
+        t.layer[before + i] = i;
+    }
+    if (k->result == GLBK_OK) k->result = glbk__target_create(k->ctx, &t, out);
+}
+
+/* Makes pictures of four whole numbers a texel that are drawn together. */
+static void glbk__ism_make_stack(glbk__ism_making *k, uint32_t width, uint32_t height, uint32_t layers,
+                                 glbk_ism_sheet *out)
+{
+    glbk__ism_make_layers(k, GLBK_FORMAT_RGBA32UI, width, height, layers, &out->texture);
+    glbk__ism_make_target(k, NULL, &out->texture, layers, &out->target);
 }
 
 /* Makes what effects on the picture need. By flux alone there is one texel, which nobody reads. */
-static glbk_result glbk__ism_create_effects(glbk_context *ctx, uint32_t by_effect, glbk_ism_choice *c)
+static void glbk__ism_make_effects(glbk__ism_making *k, uint32_t by_effect, glbk_ism_choice *c)
 {
-    const glbk_part *part = glbk_ism_part();
     const uint32_t width = by_effect ? c->desc.width : 1;
     const uint32_t rows = by_effect ? glbk__ism_source_rows(&c->desc) : 1;
-    glbk_result result = glbk__canvas(ctx, GLBK_FORMAT_R32UI, width, rows, NULL, &c->effects,
-                                      &c->effect_target);
-    uint32_t k;
-    if (!by_effect) return result;
-    for (k = 0; k < 3 && result == GLBK_OK; k++)
-        result = glbk__ism_create_layers(ctx, k < 2 ? GLBK__ISM_BLOCK : 1, k < 1 ? GLBK__ISM_BLOCK : 1, 2,
-                                         &c->boxes[k], &c->box_targets[k]);
-    if (result == GLBK_OK)
-        result = glbk__gbuffer_program(ctx, part, "ism_extent.frag", "FROM=0", &c->extent[0]);
-    if (result == GLBK_OK)
-        result = glbk__gbuffer_program(ctx, part, "ism_extent.frag", "FROM=1", &c->extent[1]);
-    if (result != GLBK_OK) return result;
-    return glbk__gbuffer_program(ctx, part, "ism_effect.frag", NULL, &c->effect);
+    uint32_t i;
+    glbk__ism_make_sheet(k, GLBK_FORMAT_R32UI, width, rows, &c->effects);
+    if (!by_effect) return;
+    for (i = 0; i < 3; i++)
+        glbk__ism_make_stack(k, i < 2 ? GLBK__ISM_BLOCK : 1, i < 1 ? GLBK__ISM_BLOCK : 1, 2, &c->boxes[i]);
+    glbk__ism_make_passes(k, "ism_effect.frag\0ism_extent.frag\0", &c->programs[GLBK__ISM_EFFECT]);
+    k->defines = "FROM=1";
+    glbk__ism_make_program(k, "ism_extent.frag", &c->programs[GLBK__ISM_EXTENT + 1]);
+    k->defines = NULL;
 }
 
 static glbk_result glbk__ism_create_choice(glbk_context *ctx, const glbk_ism_maps *m, glbk_ism_choice *c)
 {
-    const glbk_part *part = glbk_ism_part();
     const uint32_t width = c->desc.width, rows = glbk__ism_source_rows(&c->desc);
-    glbk_result result = glbk__canvas(ctx, GLBK_FORMAT_RG32UI, width, rows, NULL, &c->importances,
-                                      &c->importance_target);
-    if (result == GLBK_OK)
-        result = glbk__ism_create_sums(ctx, width, rows, 0, c->row_sums, c->row_targets);
-    if (result == GLBK_OK)
-        result = glbk__ism_create_sums(ctx, 1, rows, 1, c->column_sums, c->column_targets);
-    if (result == GLBK_OK) result = glbk__ism_create_effects(ctx, glbk__ism_by_effect(&m->desc), c);
-    if (result == GLBK_OK) result = glbk__ism_create_drawn(ctx, m, c);
-    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_ism_choosing), NULL, &c->block);
-    if (result == GLBK_OK) result = glbk__program_create(ctx, part, "ism_weigh.frag", NULL, &c->weigh);
-    if (result == GLBK_OK) result = glbk__program_create(ctx, part, "ism_scan.frag", NULL, &c->scan);
-    if (result == GLBK_OK) result = glbk__program_create(ctx, part, "ism_choose.frag", NULL, &c->choose);
-    if (result == GLBK_OK) result = glbk__program_create(ctx, part, "ism_edges.frag", NULL, &c->edges);
+    glbk__ism_making k = glbk__ism_begin_making(ctx);
+    glbk__ism_make_sheet(&k, GLBK_FORMAT_RG32UI, width, rows, &c->importances);
+    glbk__ism_make_sums(&k, width, rows, 0, c->row_sums);
+    glbk__ism_make_sums(&k, 1, rows, 1, c->column_sums);
+    glbk__ism_make_effects(&k, glbk__ism_by_effect(&m->desc), c);
+    glbk__ism_make_stack(&k, GLBK__ISM_ROW, (m->desc.vpl_count + GLBK__ISM_ROW - 1) / GLBK__ISM_ROW, 3,
+                         &c->drawn);
+    glbk__ism_make_target(&k, NULL, &m->vpls, 1, &c->table_target);
+    glbk__ism_make_block(&k, sizeof(glbk_ism_choosing), &c->block);
+    glbk__ism_make_passes(&k, "ism_weigh.frag\0ism_scan.frag\0ism_choose.frag\0ism_edges.frag\0",
+                          c->programs);
     c->table = m->vpls.name;
-    return result;
+    return k.result;
 }
 
 GLBK_DEF glbk_result glbk_ism_choice_create(glbk_context *ctx, const glbk_ism_maps *m,
@@ -4547,10 +4370,8 @@ GLBK_DEF glbk_result glbk_ism_choice_create(glbk_context *ctx, const glbk_ism_ma
 {
     glbk_ism_choice_desc d;
     glbk_result result;
-    if (!ctx) return GLBK_ERR_ARGUMENT;
-    if (!out) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "out", "is NULL");
-    memset(out, 0, sizeof *out);
-    result = glbk__ism_check_maps(ctx, __func__, m);
+    result = glbk__enter_create(ctx, __func__, out, sizeof *out);
+    if (result == GLBK_OK) result = glbk__ism_check_maps(ctx, __func__, m);
     if (result == GLBK_OK) result = glbk__require(ctx, __func__, "desc", desc);
     if (result != GLBK_OK) return result;
     d = *desc;
@@ -4581,31 +4402,28 @@ static void glbk__ism_weighing_of(const glbk_ism_choice *c, const ism_desc *maps
     b->flux_factor = (float)(share / (1.0 - 0.999 * share));
 }
 
-/* Returns the values of the block that all passes of a frame have in common. The random numbers are those of
+/* Sets the values of the block that all passes of a frame have in common. The random numbers are those of
    ism_choose. */
-static glbk_ism_choosing glbk__ism_choosing_of(const glbk_ism_choice *c, const ism_desc *maps,
-                                               const glbk_gbuffer *seen, uint32_t index)
+static void glbk__ism_set_choosing(const glbk_ism_choice *c, const ism_desc *maps, const glbk_gbuffer *seen,
+                                   uint32_t index, glbk_ism_choosing *b)
 {
     const uint32_t key = maps->unstable ? glbk_ism__hash_combine(maps->seed, index) : maps->seed;
-    glbk_ism_choosing b;
-    memset(&b, 0, sizeof b);
-    if (seen && seen->has_clip) memcpy(b.world_to_clip, seen->world_to_clip, sizeof b.world_to_clip);
-    b.width = c->desc.width;
-    b.face_height = c->desc.height;
-    b.vpl_count = maps->vpl_count;
-    b.inter_texel = !maps->no_inter_texel && !c->desc.scattered;
-    if (maps->unstable) b.shift = glbk_ism__to_unit(glbk_ism__hash_combine(key, 11));
-    b.shift_bits = glbk_ism__hash_combine(key, 12);
-    b.seed = key;
-    b.by_effect = glbk__ism_by_effect(maps);
-    if (b.by_effect) glbk__ism_weighing_of(c, maps, seen, &b);
-    return b;
+    memset(b, 0, sizeof *b);
+    if (seen && seen->has_clip) memcpy(b->world_to_clip, seen->world_to_clip, sizeof b->world_to_clip);
+    b->width = c->desc.width;
+    b->face_height = c->desc.height;
+    b->vpl_count = maps->vpl_count;
+    b->inter_texel = !maps->no_inter_texel && !c->desc.scattered;
+    if (maps->unstable) b->shift = glbk_ism__to_unit(glbk_ism__hash_combine(key, 11));
+    b->shift_bits = glbk_ism__hash_combine(key, 12);
+    b->seed = key;
+    b->by_effect = glbk__ism_by_effect(maps);
+    if (b->by_effect) glbk__ism_weighing_of(c, maps, seen, b);
 }
 
 /* Draws a pass over a whole target by a program that reads what is bound after it has begun. */
-static glbk_result glbk__ism_begin_choice(glbk_context *ctx, const glbk_ism_choice *c,
-                                          const glbk_target *target, glbk_program *program,
-                                          const glbk_ism_choosing *block)
+static glbk_result glbk__ism_begin_choice(glbk_context *ctx, glbk_ism_choice *c, const glbk_target *target,
+                                          int program, const glbk_ism_choosing *block)
 {
     glbk_pass pass;
     glbk_result result;
@@ -4613,9 +4431,9 @@ static glbk_result glbk__ism_begin_choice(glbk_context *ctx, const glbk_ism_choi
     pass.target = target;
     if (target == &c->table_target) {       /* the rows that hold VPLs */
         pass.viewport[2] = 4 * GLBK__ISM_ROW;
-        pass.viewport[3] = (int32_t)c->drawn.height;
+        pass.viewport[3] = (int32_t)c->drawn.texture.height;
     }
-    result = glbk_begin(ctx, &pass, program);
+    result = glbk_begin(ctx, &pass, &c->programs[program]);
     if (result != GLBK_OK) return result;
     return glbk__put_block(ctx, GLBK_SLOT_glbk_ism_choosing, &c->block, block);
 }
@@ -4624,8 +4442,7 @@ static glbk_result glbk__ism_begin_choice(glbk_context *ctx, const glbk_ism_choi
 static glbk_result glbk__ism_scan(glbk_context *ctx, glbk_ism_choice *c, glbk_ism_choosing *b,
                                   const glbk_texture *from, uint32_t count, int columns)
 {
-    const glbk_texture *sums = columns ? c->column_sums : c->row_sums;
-    const glbk_target *targets = columns ? c->column_targets : c->row_targets;
+    const glbk_ism_sheet *sums = columns ? c->column_sums : c->row_sums;
     glbk_result result = GLBK_OK;
     uint32_t k;
     b->columns = columns != 0;
@@ -4633,14 +4450,14 @@ static glbk_result glbk__ism_scan(glbk_context *ctx, glbk_ism_choice *c, glbk_is
     b->value_count = count;
     b->first_column = columns ? from->width - 1 : 0;    /* where rows have their totals */
     for (k = 0; k < GLBK_ISM_SUM_LEVELS && result == GLBK_OK; k++) {
-        result = glbk__ism_begin_choice(ctx, c, &targets[k], &c->scan, b);
+        result = glbk__ism_begin_choice(ctx, c, &sums[k].target, GLBK__ISM_SCAN, b);
         if (result != GLBK_OK) return result;
         glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_summed, from);
         glbk_draw_screen(ctx);
         if (k) b->value_count = glbk__ism_blocks(b->value_count);
         b->pace = GLBK__ISM_BLOCK;
         b->first_column = 0;
-        from = &sums[k];
+        from = &sums[k].texture;
     }
     return result;
 }
@@ -4652,16 +4469,16 @@ static glbk_result glbk__ism_draw_effects(glbk_context *ctx, glbk_ism_choice *c,
     glbk_result result;
     uint32_t k;
     for (k = 0; k < 3; k++) {
-        result = glbk__ism_begin_choice(ctx, c, &c->box_targets[k], &c->extent[k > 0], b);
+        result = glbk__ism_begin_choice(ctx, c, &c->boxes[k].target, GLBK__ISM_EXTENT + (k > 0), b);
         if (result != GLBK_OK) return result;
-        if (k) glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_box, &c->boxes[k - 1]);
+        if (k) glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_box, &c->boxes[k - 1].texture);
         else (void)glbk_gbuffer_bind(ctx, seen, NULL);      /* The caller has checked it. */
         glbk_draw_screen(ctx);
     }
-    result = glbk__ism_begin_choice(ctx, c, &c->effect_target, &c->effect, b);
+    result = glbk__ism_begin_choice(ctx, c, &c->effects.target, GLBK__ISM_EFFECT, b);
     if (result != GLBK_OK) return result;
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_texels, texels);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_box, &c->boxes[2]);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_box, &c->boxes[2].texture);
     (void)glbk_gbuffer_bind(ctx, seen, NULL);
     glbk_draw_screen(ctx);
     return GLBK_OK;
@@ -4671,19 +4488,19 @@ static glbk_result glbk__ism_draw_effects(glbk_context *ctx, glbk_ism_choice *c,
 static glbk_result glbk__ism_draw_choice(glbk_context *ctx, glbk_ism_choice *c, const glbk_texture *texels,
                                          const glbk_ism_choosing *b)
 {
-    glbk_result result = glbk__ism_begin_choice(ctx, c, &c->drawn_target, &c->choose, b);
+    glbk_result result = glbk__ism_begin_choice(ctx, c, &c->drawn.target, GLBK__ISM_CHOOSE, b);
     uint32_t k;
     if (result != GLBK_OK) return result;
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_texels, texels);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_importances, &c->importances);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_importances, &c->importances.texture);
     for (k = 0; k < GLBK_ISM_SUM_LEVELS; k++) {
-        glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_row_sums0 + k, &c->row_sums[k]);
-        glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_column_sums0 + k, &c->column_sums[k]);
+        glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_row_sums0 + k, &c->row_sums[k].texture);
+        glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_column_sums0 + k, &c->column_sums[k].texture);
     }
     glbk_draw_screen(ctx);
-    result = glbk__ism_begin_choice(ctx, c, &c->table_target, &c->edges, b);
+    result = glbk__ism_begin_choice(ctx, c, &c->table_target, GLBK__ISM_EDGES, b);
     if (result != GLBK_OK) return result;
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_drawn, &c->drawn);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_drawn, &c->drawn.texture);
     glbk_draw_screen(ctx);
     return GLBK_OK;
 }
@@ -4693,7 +4510,7 @@ static glbk_result glbk__ism_check_choose(const glbk_context *ctx, const char *f
                                           const glbk_ism_choice *c, const glbk_ism_maps *m,
                                           const glbk_texture *texels)
 {
-    glbk_result result = glbk__require_created(ctx, function, "choice", c ? &c->drawn.name : NULL);
+    glbk_result result = glbk__require_created(ctx, function, "choice", c ? &c->block.name : NULL);
     if (result == GLBK_OK) result = glbk__ism_check_maps(ctx, function, m);
     if (result == GLBK_OK)
         result = glbk__require_created(ctx, function, "texels", texels ? &texels->name : NULL);
@@ -4718,24 +4535,22 @@ GLBK_DEF glbk_result glbk_ism_choose(glbk_context *ctx, glbk_ism_choice *c, glbk
                                      const glbk_texture *texels, const glbk_gbuffer *seen, uint32_t index)
 {
     glbk_ism_choosing b;
-    glbk_result result;
-    if (!ctx) return GLBK_ERR_ARGUMENT;
-    result = glbk__ism_check_choose(ctx, __func__, c, m, texels);
+    glbk_result result = glbk__ism_check_choose(ctx, __func__, c, m, texels);
     if (result != GLBK_OK) return result;
     if (glbk__ism_by_effect(&m->desc))
         result = glbk__require_created(ctx, __func__, "seen", seen ? &seen->colors.name : NULL);
     if (result != GLBK_OK) return result;
-    b = glbk__ism_choosing_of(c, &m->desc, seen, index);
+    glbk__ism_set_choosing(c, &m->desc, seen, index, &b);
     if (b.by_effect) result = glbk__ism_draw_effects(ctx, c, texels, seen, &b);
     if (result != GLBK_OK) return result;
-    result = glbk__ism_begin_choice(ctx, c, &c->importance_target, &c->weigh, &b);
+    result = glbk__ism_begin_choice(ctx, c, &c->importances.target, GLBK__ISM_WEIGH, &b);
     if (result != GLBK_OK) return result;
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_texels, texels);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_effects, &c->effects);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_effects, &c->effects.texture);
     glbk_draw_screen(ctx);
-    result = glbk__ism_scan(ctx, c, &b, &c->importances, c->desc.width, 0);
+    result = glbk__ism_scan(ctx, c, &b, &c->importances.texture, c->desc.width, 0);
     if (result == GLBK_OK)
-        result = glbk__ism_scan(ctx, c, &b, &c->row_sums[GLBK_ISM_SUM_LEVELS - 1],
+        result = glbk__ism_scan(ctx, c, &b, &c->row_sums[GLBK_ISM_SUM_LEVELS - 1].texture,
                                 glbk__ism_source_rows(&c->desc), 1);
     if (result == GLBK_OK) result = glbk__ism_draw_choice(ctx, c, texels, &b);
     if (result != GLBK_OK) return result;
@@ -4749,31 +4564,15 @@ GLBK_DEF void glbk_ism_choice_free(glbk_context *ctx, glbk_ism_choice *c)
 {
     uint32_t k;
     if (!c) return;
-    for (k = 0; k < GLBK_ISM_SUM_LEVELS; k++) {
-        glbk_target_free(ctx, &c->row_targets[k]);
-        glbk_target_free(ctx, &c->column_targets[k]);
-        glbk_texture_free(ctx, &c->row_sums[k]);
-        glbk_texture_free(ctx, &c->column_sums[k]);
-    }
-    for (k = 0; k < 3; k++) {
-        glbk_target_free(ctx, &c->box_targets[k]);
-        glbk_texture_free(ctx, &c->boxes[k]);
-    }
-    glbk_target_free(ctx, &c->effect_target);
-    glbk_texture_free(ctx, &c->effects);
-    glbk_program_free(ctx, &c->extent[0]);
-    glbk_program_free(ctx, &c->extent[1]);
-    glbk_program_free(ctx, &c->effect);
-    glbk_target_free(ctx, &c->importance_target);
-    glbk_target_free(ctx, &c->drawn_target);
+    for (k = 0; k < GLBK__ISM_CHOICE_PROGRAMS; k++) glbk_program_free(ctx, &c->programs[k]);
+    glbk__ism_free_sheets(ctx, c->boxes, 3);
+    glbk__ism_free_sheets(ctx, &c->effects, 1);
+    glbk__ism_free_sheets(ctx, &c->importances, 1);
+    glbk__ism_free_sheets(ctx, c->row_sums, GLBK_ISM_SUM_LEVELS);
+    glbk__ism_free_sheets(ctx, c->column_sums, GLBK_ISM_SUM_LEVELS);
+    glbk__ism_free_sheets(ctx, &c->drawn, 1);
     glbk_target_free(ctx, &c->table_target);
-    glbk_texture_free(ctx, &c->importances);
-    glbk_texture_free(ctx, &c->drawn);
     glbk_buffer_free(ctx, &c->block);
-    glbk_program_free(ctx, &c->weigh);
-    glbk_program_free(ctx, &c->scan);
-    glbk_program_free(ctx, &c->choose);
-    glbk_program_free(ctx, &c->edges);
     memset(c, 0, sizeof *c);
 }
 
@@ -4785,45 +4584,26 @@ enum { GLBK__ISM_CLUSTERS = 32768,          /* the most clusters that there are,
        GLBK__ISM_BATCH = 1 << 21,           /* shares that are computed at a time, about */
        GLBK__ISM_LAYER = 1 << 20 };         /* texels of a layer of a table */
 
-/* Makes a sheet of `rows` sequences of `count` numbers, as ism_fold.glsl has them. */
-static glbk_result glbk__ism_create_sheet(glbk_context *ctx, glbk_format format, uint32_t count,
-                                          uint32_t rows, glbk_ism_sheet *out)
-{
-    const uint32_t width = count < 1024 ? count : 1024, height = (count + 1023) / 1024 * rows;
-    return glbk__canvas(ctx, format, width, height, NULL, &out->texture, &out->target);
-}
+enum { GLBK__ISM_MEASURE, GLBK__ISM_GATHER, GLBK__ISM_SHARE, GLBK__ISM_RUN, GLBK__ISM_COUNT,
+       GLBK__ISM_SCATTER, GLBK__ISM_SEE, GLBK__ISM_LIST, GLBK__ISM_PAIRS, GLBK__ISM_SPREAD_PROGRAMS };
 
-static void glbk__ism_free_sheets(glbk_context *ctx, glbk_ism_sheet *sheets, uint32_t count)
+/* Makes a sheet of `rows` sequences of `count` numbers, as ism_fold.glsl has them. */
+static void glbk__ism_make_fold(glbk__ism_making *k, glbk_format format, uint32_t count, uint32_t rows,
+                                glbk_ism_sheet *out)
 {
-    uint32_t k;
-    for (k = 0; k < count; k++) {
-        glbk_target_free(ctx, &sheets[k].target);
-        glbk_texture_free(ctx, &sheets[k].texture);
-    }
+    glbk__ism_make_sheet(k, format, count < 1024 ? count : 1024, (count + 1023) / 1024 * rows, out);
 }
 
 /* Makes sums of sequences: with `running`, of every number of a block of 32, else of blocks alone. */
-static glbk_result glbk__ism_create_levels(glbk_context *ctx, uint32_t count, uint32_t rows, int running,
-                                           glbk_ism_sheet *sheets, uint32_t levels)
+static void glbk__ism_make_levels(glbk__ism_making *k, uint32_t count, uint32_t rows, int running,
+                                  glbk_ism_sheet *sheets, uint32_t levels)
 {
     const glbk_format format = running ? GLBK_FORMAT_R32UI : GLBK_FORMAT_RG32UI;
-    glbk_result result = GLBK_OK;
-    uint32_t k;
-    for (k = 0; k < levels && result == GLBK_OK; k++) {
-        if (k || !running) count = glbk__ism_blocks(count);
-        result = glbk__ism_create_sheet(ctx, format, count, rows, &sheets[k]);
+    uint32_t i;
+    for (i = 0; i < levels; i++) {
+        if (i || !running) count = glbk__ism_blocks(count);
+        glbk__ism_make_fold(k, format, count, rows, &sheets[i]);
     }
-    return result;
-}
-
-/* Makes a target of the tables of surfels, whose layer each pass chooses. */
-static glbk_result glbk__ism_create_surfel_target(glbk_context *ctx, const glbk_ism_maps *m,
-                                                  glbk_ism_spread *s)
-{
-    glbk_target_desc t;
-    memset(&t, 0, sizeof t);
-    t.color[0] = m->compute ? &m->surfels : m->phase_surfels;
-    return glbk__target_create(ctx, &t, &s->surfel_target);
 }
 
 /* Returns from how many receivers triangles are looked at; 0: surfels are spread by area. */
@@ -4840,44 +4620,39 @@ static int glbk__ism_by_pair(const ism_desc *d)
 
 static glbk_result glbk__ism_create_spread(glbk_context *ctx, const glbk_ism_maps *m, glbk_ism_spread *s)
 {
-    const glbk_part *part = glbk_ism_part();
     char defines[] = "ISM_PROJECTION=1";
-    glbk_result result = glbk__ism_create_surfel_target(ctx, m, s);
+    glbk__ism_making k = glbk__ism_begin_making(ctx);
     defines[15] = (char)('0' + (int)m->desc.projection);
-    if (result == GLBK_OK)
-        result = glbk__ism_create_sheet(ctx, GLBK_FORMAT_R32UI, m->desc.vpl_count, 1, &s->counts);
-    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_ism_scattering), NULL, &s->block);
-    if (result == GLBK_OK && glbk__ism_views(&m->desc)) {
-        result = glbk__gbuffer_program(ctx, part, "ism_seen.frag", NULL, &s->see);
-        if (result == GLBK_OK)
-            result = glbk__gbuffer_program(ctx, part, "ism_receivers.frag", NULL, &s->list);
-    }
-    if (result == GLBK_OK) result = glbk__program_create(ctx, part, "ism_sizes.frag", NULL, &s->measure);
-    if (result == GLBK_OK) result = glbk__program_create(ctx, part, "ism_clusters.frag", NULL, &s->gather);
-    if (result == GLBK_OK && glbk__ism_by_pair(&m->desc))
-        result = glbk__program_create(ctx, part, "ism_pairs.frag", defines, &s->weigh);
-    if (result == GLBK_OK) result = glbk__program_create(ctx, part, "ism_shares.frag", NULL, &s->share);
-    if (result == GLBK_OK) result = glbk__program_create(ctx, part, "ism_run.frag", NULL, &s->run);
-    if (result == GLBK_OK) result = glbk__program_create(ctx, part, "ism_counts.frag", defines, &s->count);
-    if (result == GLBK_OK) result = glbk__program_create(ctx, part, "ism_points.frag", NULL, &s->scatter);
+    k.defines = defines;
+    /* Each pass chooses the layer. */
+    glbk__ism_make_target(&k, NULL, m->compute ? &m->surfels : m->phase_surfels, 1, &s->surfel_target);
+    glbk__ism_make_fold(&k, GLBK_FORMAT_R32UI, m->desc.vpl_count, 1, &s->counts);
+    glbk__ism_make_block(&k, sizeof(glbk_ism_scattering), &s->block);
+    glbk__ism_make_passes(&k, "ism_sizes.frag\0ism_clusters.frag\0ism_shares.frag\0ism_run.frag\0"
+                          "ism_counts.frag\0ism_points.frag\0", s->programs);
+    if (glbk__ism_views(&m->desc))
+        glbk__ism_make_passes(&k, "ism_seen.frag\0ism_receivers.frag\0", &s->programs[GLBK__ISM_SEE]);
+    if (glbk__ism_by_pair(&m->desc))
+        glbk__ism_make_program(&k, "ism_pairs.frag", &s->programs[GLBK__ISM_PAIRS]);
     s->table = m->vpls.name;
-    return result;
+    return k.result;
 }
 
 GLBK_DEF glbk_result glbk_ism_spread_create(glbk_context *ctx, const glbk_ism_maps *m, glbk_ism_spread *out)
 {
-    glbk_result result;
-    if (!ctx) return GLBK_ERR_ARGUMENT;
-    if (!out) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "out", "is NULL");
-    memset(out, 0, sizeof *out);
-    result = glbk__ism_check_maps(ctx, __func__, m);
+    static const glbk__ism_range ranges[] = {
+        { "maps->desc.spread", 0, ISM_SPREAD_COUNT - 1, "a value of ism_spread" },
+        { "maps->desc.area_share", 0, 1, "0..1" },
+        { NULL, 0, 0, NULL }
+    };
+    double values[2];
+    glbk_result result = glbk__enter_create(ctx, __func__, out, sizeof *out);
+    if (result == GLBK_OK) result = glbk__ism_check_maps(ctx, __func__, m);
     if (result != GLBK_OK) return result;
-    if ((unsigned)m->desc.spread >= ISM_SPREAD_COUNT)
-        return glbk__refuse_value(ctx, GLBK_ERR_DESC, __func__, "maps->desc.spread", (double)m->desc.spread,
-                                  "a value of ism_spread");
-    if (!(m->desc.area_share >= 0 && m->desc.area_share <= 1))
-        return glbk__refuse_value(ctx, GLBK_ERR_DESC, __func__, "maps->desc.area_share",
-                                  (double)m->desc.area_share, "0..1");
+    values[0] = (double)m->desc.spread;
+    values[1] = (double)m->desc.area_share;
+    result = glbk__ism_in_range(ctx, __func__, ranges, values);
+    if (result != GLBK_OK) return result;
     result = glbk__ism_create_spread(ctx, m, out);
     if (result != GLBK_OK) glbk_ism_spread_free(ctx, out);
     return result;
@@ -4896,19 +4671,18 @@ static glbk_result glbk__ism_hold_view(glbk_context *ctx, glbk_ism_spread *s, co
 {
     const double pixels = (double)seen->width * seen->height;
     const uint32_t count = (uint32_t)pixels;
-    glbk_result result;
+    glbk__ism_making k = glbk__ism_begin_making(ctx);
     if (s->width == seen->width && s->height == seen->height) return GLBK_OK;
     glbk__ism_free_view(ctx, s);
     if (pixels > 16777216)
         return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, "glbk_ism_scatter", "the pixels of seen", pixels, 1,
                                   16777216);
-    result = glbk__ism_create_sheet(ctx, GLBK_FORMAT_R32UI, count, 1, &s->seen);
-    if (result == GLBK_OK) result = glbk__ism_create_levels(ctx, count, 1, 1, s->seen_sums, 5);
-    if (result == GLBK_OK)
-        result = glbk__ism_create_sheet(ctx, GLBK_FORMAT_RGBA32UI, count, 1, &s->receivers);
-    if (result != GLBK_OK) {
+    glbk__ism_make_fold(&k, GLBK_FORMAT_R32UI, count, 1, &s->seen);
+    glbk__ism_make_levels(&k, count, 1, 1, s->seen_sums, 5);
+    glbk__ism_make_fold(&k, GLBK_FORMAT_RGBA32UI, count, 1, &s->receivers);
+    if (k.result != GLBK_OK) {
         glbk__ism_free_view(ctx, s);
-        return result;
+        return k.result;
     }
     s->width = seen->width;
     s->height = seen->height;
@@ -4929,195 +4703,189 @@ static void glbk__ism_free_triangles(glbk_context *ctx, glbk_ism_spread *s)
 }
 
 /* Makes the pictures of clusters and the target that draws them together. */
-static glbk_result glbk__ism_create_clusters(glbk_context *ctx, glbk_ism_spread *s)
+static void glbk__ism_make_clusters(glbk__ism_making *k, glbk_ism_spread *s)
 {
     const uint32_t count = s->cluster_count;
-    glbk_texture_desc d;
-    glbk_target_desc t;
-    glbk_result result;
-    uint32_t k;
-    memset(&d, 0, sizeof d);
-    memset(&t, 0, sizeof t);
-    d.format = GLBK_FORMAT_RG32UI;
-    d.width = count < 1024 ? count : 1024;
-    d.height = (count + 1023) / 1024;
-    result = glbk_texture_create(ctx, &d, &s->masses.texture);
-    d.format = GLBK_FORMAT_RGBA32UI;
-    d.layers = 3;
-    if (result == GLBK_OK) result = glbk_texture_create(ctx, &d, &s->clusters);
-    if (result != GLBK_OK) return result;
-    t.color[0] = &s->masses.texture;
-    for (k = 0; k < 3; k++) {
-        t.color[k + 1] = &s->clusters;
-        t.layer[k + 1] = k;
-    }
-    return glbk__target_create(ctx, &t, &s->masses.target);
+    const uint32_t width = count < 1024 ? count : 1024, height = (count + 1023) / 1024;
+    glbk__ism_make_layers(k, GLBK_FORMAT_RG32UI, width, height, 0, &s->masses.texture);
+    glbk__ism_make_layers(k, GLBK_FORMAT_RGBA32UI, width, height, 3, &s->clusters);
+    glbk__ism_make_target(k, &s->masses.texture, &s->clusters, 3, &s->masses.target);
 }
 
 /* Makes what holds the shares of a batch of VPLs; without pairs of VPL and cluster all VPLs have the same. */
-static glbk_result glbk__ism_create_shares(glbk_context *ctx, const glbk_ism_maps *m, glbk_ism_spread *s)
+static void glbk__ism_make_shares(glbk__ism_making *k, const glbk_ism_maps *m, glbk_ism_spread *s)
 {
     const int pair = glbk__ism_by_pair(&m->desc);
     const uint32_t count = s->cluster_count, height = (count + 1023) / 1024, most = 2048 / height;
     uint32_t batch = (uint32_t)GLBK__ISM_BATCH / count, rows;
-    glbk_result result = GLBK_OK;
     if (batch > most) batch = most;
     if (batch > m->desc.vpl_count) batch = m->desc.vpl_count;
     rows = pair ? batch : 1;
     s->batch = pair ? batch : m->desc.vpl_count;
     if (pair) {
-        result = glbk__ism_create_sheet(ctx, GLBK_FORMAT_R32UI, count, rows, &s->effects);
-        if (result == GLBK_OK) result = glbk__ism_create_levels(ctx, count, rows, 0, s->effect_totals, 3);
+        glbk__ism_make_fold(k, GLBK_FORMAT_R32UI, count, rows, &s->effects);
+        glbk__ism_make_levels(k, count, rows, 0, s->effect_totals, 3);
     }
-    if (result == GLBK_OK) result = glbk__ism_create_sheet(ctx, GLBK_FORMAT_R32UI, count, rows, &s->shares);
-    return result == GLBK_OK ? glbk__ism_create_levels(ctx, count, rows, 1, s->share_sums, 3) : result;
+    glbk__ism_make_fold(k, GLBK_FORMAT_R32UI, count, rows, &s->shares);
+    glbk__ism_make_levels(k, count, rows, 1, s->share_sums, 3);
 }
 
 /* Makes room for the triangles of a mesh, if it has not as many as the last one. */
 static glbk_result glbk__ism_hold_triangles(glbk_context *ctx, const glbk_ism_maps *m, glbk_ism_spread *s)
 {
     const uint32_t count = m->triangle_count;
-    glbk_result result;
+    glbk__ism_making k = glbk__ism_begin_making(ctx);
     if (s->triangle_count == count) return GLBK_OK;
     glbk__ism_free_triangles(ctx, s);
     s->triangles_per_cluster = count / (uint32_t)GLBK__ISM_CLUSTERS + 1;
     s->cluster_count = (count + s->triangles_per_cluster - 1) / s->triangles_per_cluster;
-    result = glbk__ism_create_sheet(ctx, GLBK_FORMAT_RG32UI, count, 1, &s->sizes);
-    if (result == GLBK_OK) result = glbk__ism_create_clusters(ctx, s);
-    if (result == GLBK_OK) result = glbk__ism_create_levels(ctx, s->cluster_count, 1, 0, s->totals, 3);
-    if (result == GLBK_OK) result = glbk__ism_create_shares(ctx, m, s);
-    if (result == GLBK_OK) s->triangle_count = count;
+    glbk__ism_make_fold(&k, GLBK_FORMAT_RG32UI, count, 1, &s->sizes);
+    glbk__ism_make_clusters(&k, s);
+    glbk__ism_make_levels(&k, s->cluster_count, 1, 0, s->totals, 3);
+    glbk__ism_make_shares(&k, m, s);
+    if (k.result == GLBK_OK) s->triangle_count = count;
     else glbk__ism_free_triangles(ctx, s);
-    return result;
+    return k.result;
 }
 
-/* Begins a pass over a whole target by a program that reads what is bound next. */
-static glbk_result glbk__ism_begin_spread(glbk_context *ctx, const glbk_ism_spread *s,
-                                          const glbk_target *target, glbk_program *program,
-                                          const glbk_ism_scattering *b)
+/* What a frame is scattered with. After the first error nothing is drawn. */
+typedef struct glbk__ism_spreading {
+    glbk_context       *ctx;
+    glbk_ism_maps      *maps;
+    glbk_ism_spread    *spread;
+    glbk_ism_scattering block;      /* the values of the uniform block */
+    glbk_result         result;     /* of all passes so far */
+} glbk__ism_spreading;
+
+/* Begins a pass that draws a sheet by a program, which reads what is bound next. */
+static void glbk__ism_begin_sheet(glbk__ism_spreading *j, const glbk_ism_sheet *sheet, int program)
 {
     glbk_pass pass;
-    glbk_result result;
     memset(&pass, 0, sizeof pass);
-    pass.target = target;
-    result = glbk_begin(ctx, &pass, program);
-    return result == GLBK_OK ? glbk__put_block(ctx, GLBK_SLOT_glbk_ism_scattering, &s->block, b) : result;
+    pass.target = &sheet->target;
+    if (j->result == GLBK_OK) j->result = glbk_begin(j->ctx, &pass, &j->spread->programs[program]);
+    if (j->result == GLBK_OK)
+        j->result = glbk__put_block(j->ctx, GLBK_SLOT_glbk_ism_scattering, &j->spread->block, &j->block);
+}
+
+static void glbk__ism_finish_sheet(const glbk__ism_spreading *j)
+{
+    if (j->result == GLBK_OK) glbk_draw_screen(j->ctx);
+}
+
+static void glbk__ism_bind_sheet(const glbk__ism_spreading *j, uint32_t slot, const glbk_ism_sheet *sheet)
+{
+    glbk_bind_texture(j->ctx, slot, &sheet->texture);
+}
+
+/* Binds successive levels of sums to successive slots. */
+static void glbk__ism_bind_sums(const glbk__ism_spreading *j, uint32_t slot, const glbk_ism_sheet *sums,
+                                uint32_t count)
+{
+    uint32_t k;
+    for (k = 0; k < count; k++) glbk__ism_bind_sheet(j, slot + k, &sums[k]);
 }
 
 /* Sums up sequences of `count` values, level by level: running sums, or only those of blocks. */
-static glbk_result glbk__ism_sum(glbk_context *ctx, glbk_ism_spread *s, glbk_ism_scattering *b,
-                                 const glbk_texture *values, uint32_t count, int running,
-                                 const glbk_ism_sheet *sums, uint32_t levels)
+static void glbk__ism_sum(glbk__ism_spreading *j, const glbk_ism_sheet *values, uint32_t count, int running,
+                          const glbk_ism_sheet *sums, uint32_t levels)
 {
-    glbk_result result = GLBK_OK;
+    glbk_ism_scattering *b = &j->block;
     uint32_t k;
     b->value_count = count;
     b->pace = running != 0;
-    for (k = 0; k < levels && result == GLBK_OK; k++) {
-        result = glbk__ism_begin_spread(ctx, s, &sums[k].target, &s->run, b);
-        if (result != GLBK_OK) return result;
-        glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_values, values);
-        glbk_draw_screen(ctx);
-        values = &sums[k].texture;
+    for (k = 0; k < levels; k++) {
+        glbk__ism_begin_sheet(j, &sums[k], GLBK__ISM_RUN);
+        glbk__ism_bind_sheet(j, GLBK_SLOT_glbk_ism_values, values);
+        glbk__ism_finish_sheet(j);
+        values = &sums[k];
         if (k || !running) b->value_count = glbk__ism_blocks(b->value_count);
         if (running) b->pace = 32;
     }
-    return result;
 }
 
-/* Lists the receivers of the picture. */
-static glbk_result glbk__ism_list_receivers(glbk_context *ctx, glbk_ism_spread *s, const glbk_gbuffer *seen,
-                                            glbk_ism_scattering *b)
+/* Lists the receivers of the picture, whose G-buffer the caller has checked. */
+static void glbk__ism_list_receivers(glbk__ism_spreading *j, const glbk_gbuffer *seen)
 {
-    glbk_result result = glbk__ism_begin_spread(ctx, s, &s->seen.target, &s->see, b);
-    uint32_t k;
-    if (result != GLBK_OK) return result;
-    (void)glbk_gbuffer_bind(ctx, seen, NULL);       /* The caller has checked it. */
-    glbk_draw_screen(ctx);
-    result = glbk__ism_sum(ctx, s, b, &s->seen.texture, seen->width * seen->height, 1, s->seen_sums, 5);
-    if (result == GLBK_OK) result = glbk__ism_begin_spread(ctx, s, &s->receivers.target, &s->list, b);
-    if (result != GLBK_OK) return result;
-    (void)glbk_gbuffer_bind(ctx, seen, NULL);
-    for (k = 0; k < 4; k++)
-        glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_runs0 + k, &s->seen_sums[k].texture);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_runs4, &s->seen_sums[4].texture);
-    glbk_draw_screen(ctx);
-    return GLBK_OK;
+    glbk_ism_spread *s = j->spread;
+    glbk__ism_begin_sheet(j, &s->seen, GLBK__ISM_SEE);
+    (void)glbk_gbuffer_bind(j->ctx, seen, NULL);
+    glbk__ism_finish_sheet(j);
+    glbk__ism_sum(j, &s->seen, seen->width * seen->height, 1, s->seen_sums, 5);
+    glbk__ism_begin_sheet(j, &s->receivers, GLBK__ISM_LIST);
+    (void)glbk_gbuffer_bind(j->ctx, seen, NULL);
+    glbk__ism_bind_sums(j, GLBK_SLOT_glbk_ism_runs0, s->seen_sums, 4);
+    glbk__ism_bind_sheet(j, GLBK_SLOT_glbk_ism_runs4, &s->seen_sums[4]);
+    glbk__ism_finish_sheet(j);
 }
 
 /* Measures triangles, and clusters of them. */
-static glbk_result glbk__ism_measure(glbk_context *ctx, const glbk_ism_maps *m, glbk_ism_spread *s,
-                                     glbk_ism_scattering *b)
+static void glbk__ism_measure(glbk__ism_spreading *j)
 {
-    glbk_result result = glbk__ism_begin_spread(ctx, s, &s->sizes.target, &s->measure, b);
-    if (result != GLBK_OK) return result;
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_triangles, &m->triangle_table);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_positions, &m->positions);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_receivers, &s->receivers.texture);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_runs4, &s->seen_sums[4].texture);
-    glbk_draw_screen(ctx);
-    result = glbk__ism_begin_spread(ctx, s, &s->masses.target, &s->gather, b);
-    if (result != GLBK_OK) return result;
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_triangles, &m->triangle_table);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_positions, &m->positions);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_sizes, &s->sizes.texture);
-    glbk_draw_screen(ctx);
-    return glbk__ism_sum(ctx, s, b, &s->masses.texture, s->cluster_count, 0, s->totals, 3);
+    glbk_ism_spread *s = j->spread;
+    glbk__ism_begin_sheet(j, &s->sizes, GLBK__ISM_MEASURE);
+    glbk_bind_texture(j->ctx, GLBK_SLOT_glbk_ism_triangles, &j->maps->triangle_table);
+    glbk_bind_texture(j->ctx, GLBK_SLOT_glbk_ism_positions, &j->maps->positions);
+    glbk__ism_bind_sheet(j, GLBK_SLOT_glbk_ism_receivers, &s->receivers);
+    glbk__ism_bind_sheet(j, GLBK_SLOT_glbk_ism_runs4, &s->seen_sums[4]);
+    glbk__ism_finish_sheet(j);
+    glbk__ism_begin_sheet(j, &s->masses, GLBK__ISM_GATHER);     /* reads triangles and positions, too */
+    glbk__ism_bind_sheet(j, GLBK_SLOT_glbk_ism_sizes, &s->sizes);
+    glbk__ism_finish_sheet(j);
+    glbk__ism_sum(j, &s->masses, s->cluster_count, 0, s->totals, 3);
 }
 
 /* Draws the effects of clusters on the VPLs of a batch, and their sums. */
-static glbk_result glbk__ism_weigh_pairs(glbk_context *ctx, const glbk_ism_maps *m, glbk_ism_spread *s,
-                                         glbk_ism_scattering *b)
+static void glbk__ism_weigh_pairs(glbk__ism_spreading *j)
 {
-    const glbk_result result = glbk__ism_begin_spread(ctx, s, &s->effects.target, &s->weigh, b);
-    if (result != GLBK_OK) return result;
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_vpls, &m->vpls);
-    glbk_bind_block(ctx, GLBK_SLOT_glbk_ism_frame, &m->frame);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_masses, &s->masses.texture);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_clusters, &s->clusters);
-    glbk_draw_screen(ctx);
-    return glbk__ism_sum(ctx, s, b, &s->effects.texture, s->cluster_count, 0, s->effect_totals, 3);
+    glbk_ism_spread *s = j->spread;
+    glbk__ism_begin_sheet(j, &s->effects, GLBK__ISM_PAIRS);
+    glbk_bind_texture(j->ctx, GLBK_SLOT_glbk_ism_vpls, &j->maps->vpls);
+    glbk_bind_block(j->ctx, GLBK_SLOT_glbk_ism_frame, &j->maps->frame);
+    glbk__ism_bind_sheet(j, GLBK_SLOT_glbk_ism_masses, &s->masses);
+    glbk_bind_texture(j->ctx, GLBK_SLOT_glbk_ism_clusters, &s->clusters);
+    glbk__ism_finish_sheet(j);
+    glbk__ism_sum(j, &s->effects, s->cluster_count, 0, s->effect_totals, 3);
 }
 
 /* Draws the shares that clusters have of the surfels of a batch, and their running sums. */
-static glbk_result glbk__ism_share(glbk_context *ctx, const glbk_ism_maps *m, glbk_ism_spread *s,
-                                   glbk_ism_scattering *b)
+static void glbk__ism_share(glbk__ism_spreading *j)
 {
-    glbk_result result = b->pair ? glbk__ism_weigh_pairs(ctx, m, s, b) : GLBK_OK;
-    if (result == GLBK_OK) result = glbk__ism_begin_spread(ctx, s, &s->shares.target, &s->share, b);
-    if (result != GLBK_OK) return result;
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_masses, &s->masses.texture);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_totals, &s->totals[2].texture);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_values, &s->effects.texture);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_effect_totals, &s->effect_totals[2].texture);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_runs4, &s->seen_sums[4].texture);
-    glbk_draw_screen(ctx);
-    return glbk__ism_sum(ctx, s, b, &s->shares.texture, s->cluster_count, 1, s->share_sums, 3);
+    glbk_ism_spread *s = j->spread;
+    if (j->block.pair) glbk__ism_weigh_pairs(j);
+    glbk__ism_begin_sheet(j, &s->shares, GLBK__ISM_SHARE);
+    glbk__ism_bind_sheet(j, GLBK_SLOT_glbk_ism_masses, &s->masses);
+    glbk__ism_bind_sheet(j, GLBK_SLOT_glbk_ism_totals, &s->totals[2]);
+    glbk__ism_bind_sheet(j, GLBK_SLOT_glbk_ism_values, &s->effects);
+    glbk__ism_bind_sheet(j, GLBK_SLOT_glbk_ism_effect_totals, &s->effect_totals[2]);
+    glbk__ism_bind_sheet(j, GLBK_SLOT_glbk_ism_runs4, &s->seen_sums[4]);
+    glbk__ism_finish_sheet(j);
+    glbk__ism_sum(j, &s->shares, s->cluster_count, 1, s->share_sums, 3);
 }
 
 /* Binds what surfels are drawn from. */
-static void glbk__ism_bind_shares(glbk_context *ctx, const glbk_ism_spread *s)
+static void glbk__ism_bind_shares(const glbk__ism_spreading *j)
 {
-    uint32_t k;
-    for (k = 0; k < 3; k++)
-        glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_runs0 + k, &s->share_sums[k].texture);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_shares, &s->shares.texture);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_totals, &s->totals[2].texture);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_counts, &s->counts.texture);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_masses, &s->masses.texture);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_sizes, &s->sizes.texture);
+    const glbk_ism_spread *s = j->spread;
+    glbk__ism_bind_sums(j, GLBK_SLOT_glbk_ism_runs0, s->share_sums, 3);
+    glbk__ism_bind_sheet(j, GLBK_SLOT_glbk_ism_shares, &s->shares);
+    glbk__ism_bind_sheet(j, GLBK_SLOT_glbk_ism_totals, &s->totals[2]);
+    glbk__ism_bind_sheet(j, GLBK_SLOT_glbk_ism_counts, &s->counts);
+    glbk__ism_bind_sheet(j, GLBK_SLOT_glbk_ism_masses, &s->masses);
+    glbk__ism_bind_sheet(j, GLBK_SLOT_glbk_ism_sizes, &s->sizes);
 }
 
 /* Draws the surfels of a phase and of a batch of VPLs, into the rows of the table's layers that hold them. */
-static glbk_result glbk__ism_draw_surfels(glbk_context *ctx, const glbk_ism_maps *m, glbk_ism_spread *s,
-                                          glbk_ism_scattering *b, uint32_t phase)
+static void glbk__ism_draw_surfels(glbk__ism_spreading *j, uint32_t phase)
 {
+    const glbk_ism_maps *m = j->maps;
+    glbk_ism_spread *s = j->spread;
+    glbk_ism_scattering *b = &j->block;
     const uint32_t layer_size = GLBK__ISM_LAYER, each = m->phase_surfel_count;
     const uint32_t base = m->compute ? phase * each * m->desc.vpl_count : 0;
     const uint32_t begin = base + b->first_vpl * each, end = begin + b->batch * each;
     const glbk_texture *table = m->compute ? &m->surfels : &m->phase_surfels[phase];
     glbk_pass pass;
-    glbk_result result;
     uint32_t layer;
     memset(&pass, 0, sizeof pass);
     pass.target = &s->surfel_target;
@@ -5129,62 +4897,58 @@ static glbk_result glbk__ism_draw_surfels(glbk_context *ctx, const glbk_ism_maps
         pass.viewport[3] = (int32_t)((high + 1023) / 1024 - low / 1024);
         b->phase = phase;
         b->first_texel = start - base;
-        result = glbk_begin(ctx, &pass, &s->scatter);
-        if (result == GLBK_OK)
-            result = glbk__put_block(ctx, GLBK_SLOT_glbk_ism_scattering, &s->block, b);
-        if (result != GLBK_OK) return result;
-        ctx->gl.FramebufferTextureLayer(GLBK_GL_DRAW_FRAMEBUFFER, GLBK_GL_COLOR_ATTACHMENT0, table->name, 0,
-                                        (int32_t)layer);
-        glbk__ism_bind_shares(ctx, s);
-        glbk_draw_screen(ctx);
+        if (j->result == GLBK_OK) j->result = glbk_begin(j->ctx, &pass, &s->programs[GLBK__ISM_SCATTER]);
+        if (j->result == GLBK_OK)
+            j->result = glbk__put_block(j->ctx, GLBK_SLOT_glbk_ism_scattering, &s->block, b);
+        if (j->result != GLBK_OK) return;
+        j->ctx->gl.FramebufferTextureLayer(GLBK_GL_DRAW_FRAMEBUFFER, GLBK_GL_COLOR_ATTACHMENT0, table->name,
+                                           0, (int32_t)layer);
+        glbk__ism_bind_shares(j);
+        glbk_draw_screen(j->ctx);
     }
-    return GLBK_OK;
 }
 
-/* Returns the values of the block that all passes of a frame have in common. */
-static glbk_ism_scattering glbk__ism_scattering_of(const glbk_ism_maps *m, const glbk_ism_spread *s,
-                                                   uint32_t index)
+/* Sets the values of the block that all passes of a frame have in common. */
+static void glbk__ism_set_block(glbk__ism_spreading *j, uint32_t index)
 {
+    const glbk_ism_maps *m = j->maps;
+    const glbk_ism_spread *s = j->spread;
     const ism_desc *d = &m->desc;
-    glbk_ism_scattering b;
-    memset(&b, 0, sizeof b);
-    b.triangle_count = s->triangle_count;
-    b.cluster_count = s->cluster_count;
-    b.cluster_size = s->triangles_per_cluster;
-    b.batch = s->batch;
-    b.view_width = s->width;
-    b.view_height = s->height;
-    b.views = glbk__ism_views(d);
-    b.pair = glbk__ism_by_pair(d) != 0;
-    b.seed = d->seed;
-    b.key = d->unstable ? glbk_ism__hash_combine(d->seed, index) : d->seed;
-    b.surfel_count = d->surfel_count;
-    b.phase_surfel_count = m->phase_surfel_count;
-    b.lazy_frames = d->lazy_frames;
-    b.vpl_capacity = d->vpl_count;
-    b.vary_surfels = d->vary_surfels != 0;
-    b.area_share = d->area_share > 0 ? d->area_share : 0.2f;
-    return b;
+    glbk_ism_scattering *b = &j->block;
+    memset(b, 0, sizeof *b);
+    b->triangle_count = s->triangle_count;
+    b->cluster_count = s->cluster_count;
+    b->cluster_size = s->triangles_per_cluster;
+    b->batch = s->batch;
+    b->view_width = s->width;
+    b->view_height = s->height;
+    b->views = glbk__ism_views(d);
+    b->pair = glbk__ism_by_pair(d) != 0;
+    b->seed = d->seed;
+    b->key = d->unstable ? glbk_ism__hash_combine(d->seed, index) : d->seed;
+    b->surfel_count = d->surfel_count;
+    b->phase_surfel_count = m->phase_surfel_count;
+    b->lazy_frames = d->lazy_frames;
+    b->vpl_capacity = d->vpl_count;
+    b->vary_surfels = d->vary_surfels != 0;
+    b->area_share = d->area_share > 0 ? d->area_share : 0.2f;
 }
 
 /* Draws how many surfels VPLs have, and then batch by batch shares and surfels. */
-static glbk_result glbk__ism_scatter_all(glbk_context *ctx, glbk_ism_maps *m, glbk_ism_spread *s,
-                                         glbk_ism_scattering *b, uint32_t first, uint32_t end)
+static void glbk__ism_scatter_all(glbk__ism_spreading *j, uint32_t first, uint32_t end)
 {
-    glbk_result result = glbk__ism_begin_spread(ctx, s, &s->counts.target, &s->count, b);
+    const uint32_t count = j->maps->desc.vpl_count, batch = j->spread->batch;
     uint32_t vpl, phase;
-    if (result != GLBK_OK) return result;
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_vpls, &m->vpls);
-    glbk_bind_block(ctx, GLBK_SLOT_glbk_ism_frame, &m->frame);
-    glbk_draw_screen(ctx);
-    for (vpl = 0; vpl < m->desc.vpl_count && result == GLBK_OK; vpl += s->batch) {
-        b->first_vpl = vpl;
-        b->batch = m->desc.vpl_count - vpl < s->batch ? m->desc.vpl_count - vpl : s->batch;
-        result = glbk__ism_share(ctx, m, s, b);
-        for (phase = first; phase < end && result == GLBK_OK; phase++)
-            result = glbk__ism_draw_surfels(ctx, m, s, b, phase);
+    glbk__ism_begin_sheet(j, &j->spread->counts, GLBK__ISM_COUNT);
+    glbk_bind_texture(j->ctx, GLBK_SLOT_glbk_ism_vpls, &j->maps->vpls);
+    glbk_bind_block(j->ctx, GLBK_SLOT_glbk_ism_frame, &j->maps->frame);
+    glbk__ism_finish_sheet(j);
+    for (vpl = 0; vpl < count && j->result == GLBK_OK; vpl += batch) {
+        j->block.first_vpl = vpl;
+        j->block.batch = count - vpl < batch ? count - vpl : batch;
+        glbk__ism_share(j);
+        for (phase = first; phase < end; phase++) glbk__ism_draw_surfels(j, phase);
     }
-    return result;
 }
 
 /* Checks the arguments of glbk_ism_scatter. */
@@ -5208,44 +4972,35 @@ static glbk_result glbk__ism_check_scatter(const glbk_context *ctx, const char *
 GLBK_DEF glbk_result glbk_ism_scatter(glbk_context *ctx, glbk_ism_spread *s, glbk_ism_maps *m,
                                       const glbk_gbuffer *seen, uint32_t index)
 {
-    glbk_ism_scattering b;
-    glbk_result result;
+    glbk__ism_spreading j;
     uint32_t k, first, end;
     int all;
-    if (!ctx) return GLBK_ERR_ARGUMENT;
-    result = glbk__ism_check_scatter(ctx, __func__, s, m, seen);
-    if (result != GLBK_OK || !m->triangle_count) return result;
+    j.result = glbk__ism_check_scatter(ctx, __func__, s, m, seen);
+    if (j.result != GLBK_OK || !m->triangle_count) return j.result;
     all = m->desc.unstable || m->desc.vary_surfels;
     for (k = 0; k < m->desc.lazy_frames; k++) all = all || !(m->phases >> k & 1);
     first = all ? 0 : index % m->desc.lazy_frames;
     end = all ? m->desc.lazy_frames : first + 1;
-    result = glbk__ism_hold_triangles(ctx, m, s);
-    if (result == GLBK_OK && glbk__ism_views(&m->desc)) result = glbk__ism_hold_view(ctx, s, seen);
-    if (result != GLBK_OK) return result;
-    b = glbk__ism_scattering_of(m, s, index);
-    if (b.views) result = glbk__ism_list_receivers(ctx, s, seen, &b);
-    if (result == GLBK_OK) result = glbk__ism_measure(ctx, m, s, &b);
-    if (result == GLBK_OK) result = glbk__ism_scatter_all(ctx, m, s, &b, first, end);
-    if (result != GLBK_OK) return result;
+    j.result = glbk__ism_hold_triangles(ctx, m, s);
+    if (j.result == GLBK_OK && glbk__ism_views(&m->desc)) j.result = glbk__ism_hold_view(ctx, s, seen);
+    if (j.result != GLBK_OK) return j.result;
+    j.ctx = ctx;
+    j.maps = m;
+    j.spread = s;
+    glbk__ism_set_block(&j, index);
+    if (j.block.views) glbk__ism_list_receivers(&j, seen);
+    glbk__ism_measure(&j);
+    glbk__ism_scatter_all(&j, first, end);
+    if (j.result != GLBK_OK) return j.result;
     for (k = first; k < end; k++) m->phases |= (uint64_t)1 << k;
     return GLBK_OK;
 }
 
 GLBK_DEF void glbk_ism_spread_free(glbk_context *ctx, glbk_ism_spread *s)
 {
-    glbk_program *programs[9];
     uint32_t k;
     if (!s) return;
-    programs[0] = &s->see;
-    programs[1] = &s->list;
-    programs[2] = &s->measure;
-    programs[3] = &s->gather;
-    programs[4] = &s->weigh;
-    programs[5] = &s->share;
-    programs[6] = &s->run;
-    programs[7] = &s->count;
-    programs[8] = &s->scatter;
-    for (k = 0; k < 9; k++) glbk_program_free(ctx, programs[k]);
+    for (k = 0; k < GLBK__ISM_SPREAD_PROGRAMS; k++) glbk_program_free(ctx, &s->programs[k]);
     glbk__ism_free_view(ctx, s);
     glbk__ism_free_triangles(ctx, s);
     glbk__ism_free_sheets(ctx, &s->counts, 1);

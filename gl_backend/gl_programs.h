@@ -347,20 +347,18 @@ enum { GLBK__FILE_USES = 1, GLBK__FILE_WITH, GLBK__FILE_SETS, GLBK__FILE_BLOCK }
 GLBK__DEF const char *glbk__file_fact(const glbk_file *file, int which);
 
 /* Text that is counted in `used` and written as far as there is room: glbk__append adds so many characters,
-   glbk__append_text a string, glbk__append_file a file of GLSL. */
+   glbk__append_text a string, glbk__append_number its digits, glbk__append_file a file of GLSL.
+   glbk__begin_line begins a line for the log, which is always ended by 0. */
+enum { GLBK__LINE_ROOM = 256 };     /* characters; of longer lines the end is cut off */
 typedef struct glbk__sink {
     char  *out;
     size_t bytes, used;
 } glbk__sink;
 GLBK__DEF void glbk__append(glbk__sink *sink, const char *text, size_t length);
 GLBK__DEF void glbk__append_text(glbk__sink *sink, const char *text);
+GLBK__DEF void glbk__append_number(glbk__sink *sink, uint64_t number);
 GLBK__DEF void glbk__append_file(glbk__sink *sink, const glbk_file *file);
-
-/* Logs "FUNCTION: MESH: index 2 of triangle 17 is 90, but the mesh has 80 vertices" and returns the result;
-   position counts indices from 0. */
-GLBK__DEF glbk_result glbk__refuse_index(const glbk_context *ctx, glbk_result result, const char *function,
-                                         const char *mesh, size_t position, size_t index,
-                                         size_t vertex_count);
+GLBK__DEF void glbk__begin_line(glbk__sink *sink, char out[GLBK__LINE_ROOM]);
 
 /* Gives a uniform block all its values for the draws that follow, and binds it to its slot. */
 GLBK__DEF glbk_result glbk__put_block(glbk_context *ctx, uint32_t slot, const glbk_buffer *buffer,
@@ -451,74 +449,6 @@ static inline glbk_prog__allocator glbk_prog__memory(const glbk_context *ctx)
 {
     const glbk_allocator *a = &ctx->system.allocator;
     return glbk_prog__allocator_make(a->alloc_fn, a->free_fn, a->user);
-}
-
-/* ==== src/shared/message.h ==== */
-
-/* unit message: one line for the caller's log that says why a call failed */
-
-/* GLBK_PROG__COLD stands before functions that are needed only by calls that fail: compilers make these functions
-   small, and take branches to them for unlikely. */
-#if defined(__GNUC__) && !defined(__TINYC__)
-#define GLBK_PROG__COLD __attribute__((cold))
-#else
-#define GLBK_PROG__COLD
-#endif
-
-/* Where a message goes, and the name of the function that failed. If log is NULL, nothing is written. */
-typedef struct glbk_prog__logger {
-    void (*log)(void *user, const char *message);
-    void *user;
-    const char *function;
-} glbk_prog__logger;
-
-typedef struct glbk_prog__message { char text[256]; size_t used; } glbk_prog__message;
-
-/* Appends a text; what does not fit is cut off. */
-static inline GLBK_PROG__COLD void glbk_prog__message_text(glbk_prog__message *m, const char *s)
-{
-    while (*s && m->used + 1 < sizeof m->text) m->text[m->used++] = *s++;
-    m->text[m->used] = 0;
-}
-
-static inline GLBK_PROG__COLD void glbk_prog__message_count(glbk_prog__message *m, uint64_t value)
-{
-    char digits[24];
-    size_t at = sizeof digits - 1;
-    digits[at] = 0;
-    do digits[--at] = (char)('0' + (int)(value % 10));
-    while ((value /= 10) != 0);
-    glbk_prog__message_text(m, digits + at);
-}
-
-/* Begins a line: "FUNCTION: FIELD". */
-static inline GLBK_PROG__COLD void glbk_prog__message_begin(glbk_prog__message *m,
-                                          const glbk_prog__logger *logger, const char *field)
-{
-    m->used = 0;
-    glbk_prog__message_text(m, logger->function);
-    glbk_prog__message_text(m, ": ");
-    glbk_prog__message_text(m, field);
-}
-
-/* Logs "FUNCTION: mesh: index 2 of triangle 17 is 90, but the mesh has 80 vertices". position counts the
-   indices from 0. */
-static inline GLBK_PROG__COLD void glbk_prog__log_index(const glbk_prog__logger *logger, const char *mesh,
-                                      uint64_t position, uint64_t index, uint64_t vertex_count)
-{
-    glbk_prog__message m;
-    if (!logger->log) return;
-    glbk_prog__message_begin(&m, logger, mesh);
-    glbk_prog__message_text(&m, ": index ");
-    glbk_prog__message_count(&m, position % 3);
-    glbk_prog__message_text(&m, " of triangle ");
-    glbk_prog__message_count(&m, position / 3);
-    glbk_prog__message_text(&m, " is ");
-    glbk_prog__message_count(&m, index);
-    glbk_prog__message_text(&m, ", but the mesh has ");
-    glbk_prog__message_count(&m, vertex_count);
-    glbk_prog__message_text(&m, vertex_count == 1 ? " vertex" : " vertices");
-    logger->log(logger->user, m.text);
 }
 
 /* ==== GLSL of src/gl_programs ==== */
@@ -658,10 +588,10 @@ static const struct { char s0[307]; char end; } glbk__glsl_prog_copy_frag = {
     "}\n", 0
 };
 
-static const struct { char s0[89]; char end; } glbk__glsl_prog_screen_vert = {
+static const struct { char s0[87]; char end; } glbk__glsl_prog_screen_vert = {
     "\nvoid main()\n"
     "{\n"
-    "gl_Position=vec4(gl_VertexID==1?3.: -1.,gl_VertexID==2?3.: -1.,.0,1.);\n"
+    "gl_Position=vec4(gl_VertexID==1?3.:-1.,gl_VertexID==2?3.:-1.,.0,1.);\n"
     "}\n", 0
 };
 
@@ -681,7 +611,7 @@ static const glbk_file glbk__base_files[] = {
     { "lib/table.glsl\0" "" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_table_glsl },
-    { "prog/copy.frag\0" "base_bindings" "\0" "screen.vert" "\0"
+    { "prog/copy.frag\0" "base_bindings" "\0" "" "\0"
       "TO_COLOR=0 | TO_COLOR=1" "\0" "",
       (const char *)&glbk__glsl_prog_copy_frag },
     { "prog/screen.vert\0" "" "\0" "" "\0"
@@ -854,16 +784,31 @@ GLBK__DEF void glbk__append_text(glbk__sink *sink, const char *text)
     glbk__append(sink, text, strlen(text));
 }
 
+GLBK__DEF void glbk__append_number(glbk__sink *sink, uint64_t number)
+{
+    char digits[24];
+    size_t at = sizeof digits;
+    do digits[--at] = (char)('0' + number % 10);
+    while ((number /= 10) != 0);
+    glbk__append(sink, digits + at, sizeof digits - at);
+}
+
+GLBK__DEF void glbk__begin_line(glbk__sink *sink, char out[GLBK__LINE_ROOM])
+{
+    memset(out, 0, GLBK__LINE_ROOM);
+    sink->out = out;
+    sink->bytes = GLBK__LINE_ROOM;
+    sink->used = 0;
+}
+
 /* Appends "#line n001 n", so that line 4 of file 3 is line 3004 in the driver's messages. The number alone
    would do, but Mesa's messages leave it out. */
 static void glbk__append_line(glbk__sink *sink, uint32_t n)
 {
-    char digits[] = { (char)('0' + n / 10), (char)('0' + n % 10), 0 };
-    const char *number = n < 10 ? digits + 1 : digits;
     glbk__append_text(sink, "#line ");
-    glbk__append_text(sink, number);
+    glbk__append_number(sink, n);
     glbk__append_text(sink, "001 ");
-    glbk__append_text(sink, number);
+    glbk__append_number(sink, n);
     glbk__append_text(sink, "\n");
 }
 
@@ -995,15 +940,16 @@ static glbk_result glbk__refuse_place(const glbk_context *ctx, const glbk__holde
     static const char *const texts[] = { " both have texture unit ",
                                          " both have the binding of uniform blocks ",
                                          " both have storage buffer ", " both have image " };
-    glbk_prog__message m;
-    m.used = 0;
-    glbk_prog__message_text(&m, "and ");
-    glbk_prog__message_text(&m, second);
-    glbk_prog__message_text(&m, texts[kind]);
-    glbk_prog__message_count(&m, place);
-    glbk_prog__message_text(&m, kind < GLBK__PLACE_STORAGE ? ": give one part an offset"
-                                                           : ": give each part a program of its own");
-    return glbk__refuse(ctx, GLBK_ERR_MISMATCH, h->function, first, m.text);
+    char line[GLBK__LINE_ROOM];
+    glbk__sink sink;
+    glbk__begin_line(&sink, line);
+    glbk__append_text(&sink, "and ");
+    glbk__append_text(&sink, second);
+    glbk__append_text(&sink, texts[kind]);
+    glbk__append_number(&sink, place);
+    glbk__append_text(&sink, kind < GLBK__PLACE_STORAGE ? ": give one part an offset"
+                                                        : ": give each part a program of its own");
+    return glbk__refuse(ctx, GLBK_ERR_MISMATCH, h->function, first, line);
 }
 
 /* Gives the declared names of one list their places, which are moved by `offset`. */
@@ -1200,15 +1146,15 @@ static int32_t glbk__place_of(const glbk_context *ctx, const glbk__holders *h, c
                               int32_t i)
 {
     const size_t length = strlen(a->name);
-    glbk_prog__message element;
+    char element[GLBK__LINE_ROOM];
+    glbk__sink sink;
     int32_t place = 0;
     if (i == 0 || length < 3) return a->place;
-    element.used = 0;
-    glbk_prog__message_text(&element, a->name);
-    element.used -= 2;                      /* "0]" */
-    glbk_prog__message_count(&element, (uint64_t)i);
-    glbk_prog__message_text(&element, "]");
-    i = ctx->gl.GetUniformLocation(h->gl_program, element.text);
+    glbk__begin_line(&sink, element);
+    glbk__append(&sink, a->name, length - 2);               /* without "0]" */
+    glbk__append_number(&sink, (uint64_t)i);
+    glbk__append_text(&sink, "]");
+    i = ctx->gl.GetUniformLocation(h->gl_program, element);
     if (i >= 0) ctx->gl.GetUniformiv(h->gl_program, i, &place);
     return place;
 }
@@ -1296,14 +1242,6 @@ typedef struct glbk__stage {
     glbk_shader shader;             /* has a name or a text, one of them */
 } glbk__stage;
 
-static void glbk__append_number(glbk__sink *sink, uint32_t value)
-{
-    glbk_prog__message m;
-    m.used = 0;
-    glbk_prog__message_count(&m, value);
-    glbk__append(sink, m.text, m.used);
-}
-
 /* Appends which number of the driver's messages is which file. */
 static void glbk__append_files(glbk__sink *sink, const glbk_shader *shader)
 {
@@ -1365,20 +1303,20 @@ static glbk_result glbk__refuse_shader(const glbk_context *ctx, const glbk_shade
     static const char function[] = "glbk_program_compile";
     const glbk_file *main_file;
     glbk__list list;
-    glbk_prog__message m;
-    m.used = 0;
+    char line[GLBK__LINE_ROOM];
+    glbk__sink sink;
+    glbk__begin_line(&sink, line);
     if (glbk__gather_all(&list, shader, &main_file)) {
-        glbk_prog__message_text(&m, "do not parse: ");
-        glbk_prog__message_text(&m, shader->defines);
-        return glbk__refuse(ctx, GLBK_ERR_NAME, function, "defines", m.text);
+        glbk__append_text(&sink, "do not parse: ");
+        glbk__append_text(&sink, shader->defines);
+        return glbk__refuse(ctx, GLBK_ERR_NAME, function, "defines", line);
     }
     if (!list.unknown)
         return glbk__refuse_range(ctx, GLBK_ERR_NAME, function, "the number of library files",
                                   (double)GLBK__MAX_FILES + 1, 0, GLBK__MAX_FILES);
-    while (list.unknown_length-- && m.used + 1 < sizeof m.text) m.text[m.used++] = *list.unknown++;
-    m.text[m.used] = 0;
-    glbk_prog__message_text(&m, " is in none of the parts");
-    return glbk__refuse(ctx, GLBK_ERR_NAME, function, "the library file", m.text);
+    glbk__append(&sink, list.unknown, list.unknown_length);
+    glbk__append_text(&sink, " is in none of the parts");
+    return glbk__refuse(ctx, GLBK_ERR_NAME, function, "the library file", line);
 }
 
 /* Compiles one stage and attaches it. */
@@ -1475,6 +1413,7 @@ GLBK__DEF glbk_result glbk__program_of_parts(glbk_context *ctx, const glbk_part 
     glbk__stage stages[2];
     const glbk_file *file, *vertex;
     char path[64] = "prog/";
+    const char *with;
     size_t length;
     glbk_result result;
 
@@ -1498,7 +1437,9 @@ GLBK__DEF glbk_result glbk__program_of_parts(glbk_context *ctx, const glbk_part 
         stages[0].type = GLBK__COMPUTE_SHADER;
         return glbk__link(ctx, stages, 1, "", out);
     }
-    strcpy(path + 5, glbk__file_fact(file, GLBK__FILE_WITH));
+    with = glbk__file_fact(file, GLBK__FILE_WITH);
+    if (!*with && length > 5 && strcmp(name + length - 5, ".frag") == 0) with = "screen.vert";
+    strcpy(path + 5, with);
     vertex = glbk_find_file(part, path);
     if (!vertex)
         return glbk__refuse(ctx, GLBK_ERR_NAME, function, name, "is no program: it has no vertex shader");
@@ -1587,17 +1528,6 @@ GLBK_DEF glbk_result glbk_dispatch(glbk_context *ctx, glbk_program *program, uin
 /* ==== src/gl_programs/techniques.h ==== */
 
 /* ---- what only the techniques need: logs of meshes, blocks of a pass, pictures ---- */
-
-GLBK__DEF glbk_result glbk__refuse_index(const glbk_context *ctx, glbk_result result, const char *function,
-                                         const char *mesh, size_t position, size_t index, size_t vertex_count)
-{
-    glbk_prog__logger logger;
-    logger.log = ctx->system.log;
-    logger.user = ctx->system.user;
-    logger.function = function;
-    glbk_prog__log_index(&logger, mesh, position, index, vertex_count);
-    return result;
-}
 
 /* Two calls of GL, which go through the binding that a pass changes anyway. The storage is new each time, so
    that nothing waits for the draws before, copies what they read or, on GPUs that draw tile by tile, splits

@@ -944,58 +944,29 @@ static const struct { char s0[647]; char end; } glbk__glsl_lib_rsm_access_glsl =
     "#define RSM_MATERIAL(i) texelFetch(glbk_rsm_materials, ivec2(int(i), 0), 0)\n", 0
 };
 
-static const struct { char s0[2095]; char end; } glbk__glsl_lib_rsm_bindings_glsl = {
-    "\nuniform usampler2DArray glbk_rsm_texels;\n"
-    "uniform usampler2DArray glbk_rsm_sums;\n"
-    "uniform usampler2DArray glbk_rsm_rows;\n"
-    "uniform usampler2DArray glbk_rsm_lights;\n"
-    "uniform sampler2D glbk_rsm_pattern;\n"
-    "uniform sampler2D glbk_rsm_noise;\n"
-    "uniform sampler2D glbk_rsm_materials;\n"
-    "uniform glbk_color_sampler glbk_rsm_sum;\n"
-    "uniform glbk_color_sampler glbk_rsm_states;\n"
-    "uniform glbk_color_sampler glbk_rsm_coarse;\n"
-    "uniform glbk_color_sampler glbk_rsm_history;\n"
+static const struct { char s0[1462]; char end; } glbk__glsl_lib_rsm_bindings_glsl = {
+    "\nuniform usampler2DArray glbk_rsm_texels,glbk_rsm_sums,glbk_rsm_rows,glbk_rsm_lights;\n"
+    "uniform sampler2D glbk_rsm_pattern,glbk_rsm_noise,glbk_rsm_materials;\n"
+    "uniform glbk_color_sampler glbk_rsm_sum,glbk_rsm_states,glbk_rsm_coarse,\n"
+    "glbk_rsm_history;\n"
     "uniform usampler2DArray glbk_rsm_before;\n"
-    "uniform sampler2D glbk_rsm_motion;\n"
-    "uniform sampler2D glbk_rsm_albedo_map;\n"
-    "uniform sampler2D glbk_rsm_depth_in;\n"
-    "uniform sampler2D glbk_rsm_place_in;\n"
-    "uniform sampler2D glbk_rsm_normal_in;\n"
-    "uniform sampler2D glbk_rsm_color_in;\n"
+    "uniform sampler2D glbk_rsm_motion,glbk_rsm_albedo_map,glbk_rsm_depth_in,\n"
+    "glbk_rsm_place_in,glbk_rsm_normal_in,glbk_rsm_color_in;\n"
     "uniform usampler2D glbk_rsm_material_in;\n"
-    "uniform sampler2DArray glbk_rsm_depth_array;\n"
-    "uniform sampler2DArray glbk_rsm_place_array;\n"
-    "uniform sampler2DArray glbk_rsm_normal_array;\n"
-    "uniform sampler2DArray glbk_rsm_color_array;\n"
+    "uniform sampler2DArray glbk_rsm_depth_array,glbk_rsm_place_array,glbk_rsm_normal_array,\n"
+    "glbk_rsm_color_array;\n"
     "uniform usampler2DArray glbk_rsm_material_array;\n"
-    "uniform samplerCube glbk_rsm_depth_cube;\n"
-    "uniform samplerCube glbk_rsm_place_cube;\n"
-    "uniform samplerCube glbk_rsm_normal_cube;\n"
-    "uniform samplerCube glbk_rsm_color_cube;\n"
+    "uniform samplerCube glbk_rsm_depth_cube,glbk_rsm_place_cube,glbk_rsm_normal_cube,\n"
+    "glbk_rsm_color_cube;\n"
     "uniform highp usamplerCube glbk_rsm_material_cube;\n"
     "#if __VERSION__ >= 430\n"
     "layout(std430,binding=0)coherent buffer glbk_rsm_counts_storage{uint glbk_rsm_counts[];};\n"
-    "#endif\n"
-    "#if __VERSION__ >= 430\n"
     "layout(std430,binding=1)readonly buffer glbk_rsm_items_storage{uint glbk_rsm_items[];};\n"
-    "#endif\n"
-    "#if __VERSION__ >= 430\n"
     "layout(std430,binding=2)writeonly buffer glbk_rsm_left_storage{uint glbk_rsm_left[];};\n"
-    "#endif\n"
-    "#if __VERSION__ >= 430\n"
     "layout(std430,binding=3)writeonly buffer glbk_rsm_wanted_storage{uint glbk_rsm_wanted[];};\n"
-    "#endif\n"
-    "#if __VERSION__ >= 430\n"
     "layout(std430,binding=4)coherent buffer glbk_rsm_marks_storage{uint glbk_rsm_marks[];};\n"
-    "#endif\n"
-    "#if __VERSION__ >= 430\n"
     "layout(rgba32f,binding=0)restrict uniform image2D glbk_rsm_picture;\n"
-    "#endif\n"
-    "#if __VERSION__ >= 430\n"
     "layout(rgba32f,binding=1)restrict uniform image2D glbk_rsm_nodes;\n"
-    "#endif\n"
-    "#if __VERSION__ >= 430\n"
     "layout(r32ui,binding=2)restrict writeonly uniform uimage2DArray glbk_rsm_running;\n"
     "#endif\n", 0
 };
@@ -1054,15 +1025,15 @@ static const struct { char s0[183]; char end; } glbk__glsl_lib_rsm_chunk_glsl = 
     "#define RSM_POINT_AT(i) uintBitsToFloat(rsm_chunk[i].xyz)\n", 0
 };
 
-static const struct { char s0[1641]; char end; } glbk__glsl_lib_rsm_direct_glsl = {
+static const struct { char s0[1638]; char end; } glbk__glsl_lib_rsm_direct_glsl = {
     "\n\n\n\n\nfloat rsm_unshadowed(rsm_light l,vec3 p,vec3 n)\n"
     "{\n"
     "vec3 to=rsm_to_light(l,p),d=p-l.position;\n"
-    "float d2=dot(d,d),cosine=dot(n,to),along= -dot(l.axis,to);\n"
+    "float d2=dot(d,d),cosine=dot(n,to),along=-dot(l.axis,to);\n"
     "if(!(cosine>.0))return .0;\n"
     "if(l.kind==RSM_SUN)return cosine;\n"
     "if(!(d2>.0))return .0;\n"
-    "if(l.kind==RSM_SPOT&& !(along>=l.cos_half))return .0;\n"
+    "if(l.kind==RSM_SPOT&&!(along>=l.cos_half))return .0;\n"
     "if(l.kind==RSM_SQUARE_SPOT){\n"
     "vec3 q=rsm_to_face(l,0,p);\n"
     "if(!(q.z>.0&&abs(q.x)<=1.&&abs(q.y)<=1.))return .0;\n"
@@ -1075,7 +1046,7 @@ static const struct { char s0[1641]; char end; } glbk__glsl_lib_rsm_direct_glsl 
     "int face=rsm_face_of_direction(l,p-l.position),size=int(l.side);\n"
     "if(face>=l.faces)return .0;\n"
     "vec3 q=rsm_to_face(l,face,p);\n"
-    "if(l.kind!=RSM_SUN&& !(q.z>.0))return .0;\n"
+    "if(l.kind!=RSM_SUN&&!(q.z>.0))return .0;\n"
     "if(!(abs(q.x)<=1.&&abs(q.y)<=1.))return l.kind==RSM_SUN?1.:.0;\n"
     "float texel=2./l.side*l.extent*(l.kind==RSM_SUN?1.:q.z);\n"
     "float slope=cosine<1.?min(sqrt(1.-cosine*cosine)/max(cosine,.1),10.):.0;\n"
@@ -1101,73 +1072,27 @@ static const struct { char s0[1641]; char end; } glbk__glsl_lib_rsm_direct_glsl 
     "}\n", 0
 };
 
-static const struct { char s0[238]; char end; } glbk__glsl_lib_rsm_drawn_glsl = {
+static const struct { char s0[188]; char end; } glbk__glsl_lib_rsm_drawn_glsl = {
     "\nlayout(std140)uniform glbk_rsm_drawn_block{\n"
-    "mat4 transform;\n"
-    "mat4 clip;\n"
-    "vec4 albedo;\n"
-    "vec4 eye;\n"
-    "float near_depth;\n"
-    "float depth_scale;\n"
-    "float alpha_cutoff;\n"
-    "uint material;\n"
-    "uint has_map;\n"
-    "uint face;\n"
-    "uint unused0;\n"
-    "uint unused1;\n"
+    "mat4 transform,clip;\n"
+    "vec4 albedo,eye;\n"
+    "float near_depth,depth_scale,alpha_cutoff;\n"
+    "uint material,has_map,face,unused0,unused1;\n"
     "}glbk_rsm_drawn;\n", 0
 };
 
-static const struct { char s0[757]; char end; } glbk__glsl_lib_rsm_frame_glsl = {
+static const struct { char s0[494]; char end; } glbk__glsl_lib_rsm_frame_glsl = {
     "\nlayout(std140)uniform glbk_rsm_frame_block{\n"
-    "uint interleave;\n"
-    "uint point_count;\n"
-    "uint noise_side;\n"
-    "uint material_count;\n"
-    "uint first_light;\n"
-    "uint end_light;\n"
-    "uint set_room;\n"
-    "uint adds;\n"
-    "uint seed;\n"
-    "uint light_count;\n"
-    "uint first_run;\n"
-    "uint taps;\n"
-    "uint width;\n"
-    "uint height;\n"
-    "uint face;\n"
-    "uint stride;\n"
-    "uint mode;\n"
-    "uint step;\n"
-    "uint coarse_step;\n"
-    "uint next_step;\n"
-    "uint fine_step;\n"
-    "uint list_read;\n"
-    "uint list_pending;\n"
-    "uint list_wanted;\n"
-    "uint motion;\n"
-    "uint rows_top_first;\n"
-    "uint shows_direct;\n"
-    "uint shows_bounced;\n"
-    "float r_max;\n"
-    "float offset;\n"
-    "float clamp_at;\n"
-    "float near_limit;\n"
-    "float near_field;\n"
-    "float set_count;\n"
-    "float mixed;\n"
-    "float picked;\n"
-    "float bias;\n"
-    "float slope_bias;\n"
-    "float reach;\n"
-    "float contrast;\n"
-    "float normal_cosine;\n"
-    "float plane_slope;\n"
-    "float most_distance;\n"
-    "float history;\n"
+    "uint interleave,point_count,noise_side,material_count,first_light,end_light,\n"
+    "set_room,adds,seed,light_count,first_run,taps,width,height,face,stride,mode,\n"
+    "step,coarse_step,next_step,fine_step,list_read,list_pending,list_wanted,motion,\n"
+    "rows_top_first,shows_direct,shows_bounced;\n"
+    "float r_max,offset,clamp_at,near_limit,near_field,set_count,mixed,picked,bias,\n"
+    "slope_bias,reach,contrast,normal_cosine,plane_slope,most_distance,history;\n"
     "}glbk_rsm_frame;\n", 0
 };
 
-static const struct { char s0[3988]; char s1[3243]; char end; } glbk__glsl_lib_rsm_gather_glsl = {
+static const struct { char s0[3982]; char s1[3241]; char end; } glbk__glsl_lib_rsm_gather_glsl = {
     "\n\n\n\n#ifndef RSM_SURFACES\n"
     "#define RSM_SURFACES 0\n"
     "#endif\n"
@@ -1209,7 +1134,7 @@ static const struct { char s0[3988]; char s1[3243]; char end; } glbk__glsl_lib_r
     "scale*=depth;\n"
     "}\n"
     "float facing=dot(d,n),least=.05*length(d),\n"
-    "bounded=max(abs(facing),least)*(facing<.0? -1.:1.);\n"
+    "bounded=max(abs(facing),least)*(facing<.0?-1.:1.);\n"
     "vec3 along=d-n*facing;\n"
     "vec2 off=vec2(dot(side,n),dot(other,n)),stretched=off/bounded;\n"
     "if(abs(facing)<least)\n"
@@ -1227,7 +1152,7 @@ static const struct { char s0[3988]; char s1[3243]; char end; } glbk__glsl_lib_r
     "\n\n\nfloat rsm_clipped_edge(vec3 n,vec3 a,vec3 b,inout vec3 leave,inout vec3 come)\n"
     "{\n"
     "float ha=dot(n,a),hb=dot(n,b);\n"
-    "if(!(ha>.0)&& !(hb>.0))return .0;\n"
+    "if(!(ha>.0)&&!(hb>.0))return .0;\n"
     "if(!(ha>.0&&hb>.0)){\n"
     "vec3 at=a+(b-a)*(ha/(ha-hb));\n"
     "if(ha>.0)b=leave=at;\n"
@@ -1250,7 +1175,7 @@ static const struct { char s0[3988]; char s1[3243]; char end; } glbk__glsl_lib_r
     "float form=rsm_form(p,n,light,light_normal,bound);\n"
     "#if RSM_SURFACES\n"
     "vec3 d=light-p,most=max(abs(p),abs(light)),u,v;\n"
-    "float height= -dot(light_normal,d),d2=dot(d,d),facing= -2.*dot(n,light_normal);\n"
+    "float height=-dot(light_normal,d),d2=dot(d,d),facing=-2.*dot(n,light_normal);\n"
     "if(!(d2<near2))return form;\n"
     "if(!(height>4e-7*max(max(most.x,most.y),most.z)))return .0;\n"
     "rsm_texel_sides(l,face,light,light_normal,u,v);\n"
@@ -1288,14 +1213,14 @@ static const struct { char s0[3988]; char s1[3243]; char end; } glbk__glsl_lib_r
     "if(l.faces!=1){\n"
     "vec3 c=rsm_normalize(p-l.position);\n"
     "if(!(dot(c,c)>.25))c=l.axis;\n"
-    "float s=c.z>=.0?1.: -1.,a= -1./(s+c.z),b=c.x*c.y*a;\n"
+    "float s=c.z>=.0?1.:-1.,a=-1./(s+c.z),b=c.x*c.y*a;\n"
     "centre.right=vec3(1.+s*c.x*c.x*a,s*b,-s*c.x);\n"
     "centre.up=vec3(b,s+c.y*c.y*a,-c.y);\n"
     "centre.at=c;\n"
     "return centre;\n"
     "}\n"
     "vec3 q=rsm_to_face(l,0,p);\n",
-    "if(l.kind!=RSM_SUN&& !(q.z>.0))q=vec3(.0);\n"
+    "if(l.kind!=RSM_SUN&&!(q.z>.0))q=vec3(.0);\n"
     "q=vec3(q.xy*.5+.5,.0);\n"
     "centre.at=inside?vec3(clamp(q.xy,.02,.98),.0):q;\n"
     "return centre;\n"
@@ -1374,7 +1299,7 @@ static const struct { char s0[3988]; char s1[3243]; char end; } glbk__glsl_lib_r
     "if(!rsm_place_sample(l,s.r_max,centre,RSM_POINT_AT(first+i*step),turn,t,weight))continue;\n"
     "vec4 flux=uintBitsToFloat(RSM_TEXEL(t,2));\n"
     "float mean=rsm_mean3(flux.xyz);\n"
-    "if(!(mean>.0)&& !s.glossy)continue;\n"
+    "if(!(mean>.0)&&!s.glossy)continue;\n"
     "if(total>.0){\n"
     "vec3 d=rsm_mixed_place(l,t)-centre.at*(l.faces==1?1.:.5);\n"
     "weight*=s.mixed/((dot(d,d)+2.7127e-5)*s.picked*mean/total+s.mixed);\n"
@@ -1396,7 +1321,7 @@ static const struct { char s0[3988]; char s1[3243]; char end; } glbk__glsl_lib_r
     "}\n", 0
 };
 
-static const struct { char s0[1795]; char end; } glbk__glsl_lib_rsm_grid_glsl = {
+static const struct { char s0[1792]; char end; } glbk__glsl_lib_rsm_grid_glsl = {
     "\n\n\n\n\nbool rsm_node(ivec2 at,out rsm_receiver s,out vec4 node);\n"
     "\n\n\nvoid rsm_grid_lines(int at,int step,int size,out ivec2 line,out float share)\n"
     "{\n"
@@ -1419,7 +1344,7 @@ static const struct { char s0[1795]; char end; } glbk__glsl_lib_rsm_grid_glsl = 
     "vec3 value[4];\n"
     "float low=3.0e38,high=.0,sum=.0;\n"
     "float reach=glbk_rsm_frame.reach,contrast=glbk_rsm_frame.contrast;\n"
-    "int good=0,missing= -1;\n"
+    "int good=0,missing=-1;\n"
     "rsm_grid_lines(at.x,step,size.x,lx,f.x);\n"
     "rsm_grid_lines(at.y,step,size.y,ly,f.y);\n"
     "for(int k=0;k<4;k++){\n"
@@ -1430,7 +1355,7 @@ static const struct { char s0[1795]; char end; } glbk__glsl_lib_rsm_grid_glsl = 
     "bool seen=rsm_node(line,s,node);\n"
     "value[k]=node.xyz;\n"
     "float reach2=reach>.0?rsm_node_distance2(node.w)*reach*reach:3.0e38;\n"
-    "if(node.w>=.0|| !seen|| !rsm_suits(p,s,reach2)){\n"
+    "if(node.w>=.0||!seen||!rsm_suits(p,s,reach2)){\n"
     "missing=k;\n"
     "continue;\n"
     "}\n"
@@ -1451,44 +1376,21 @@ static const struct { char s0[1795]; char end; } glbk__glsl_lib_rsm_grid_glsl = 
     "}\n", 0
 };
 
-static const struct { char s0[350]; char end; } glbk__glsl_lib_rsm_imported_glsl = {
+static const struct { char s0[266]; char end; } glbk__glsl_lib_rsm_imported_glsl = {
     "\nlayout(std140)uniform glbk_rsm_imported_block{\n"
     "mat4 to_world;\n"
     "vec4 color;\n"
-    "float near_depth;\n"
-    "float far_depth;\n"
-    "uint face;\n"
-    "uint given;\n"
-    "uint normal_packing;\n"
-    "uint material;\n"
-    "uint left;\n"
-    "uint bottom;\n"
-    "uint depth_layer;\n"
-    "uint place_layer;\n"
-    "uint normal_layer;\n"
-    "uint color_layer;\n"
-    "uint material_layer;\n"
-    "uint unused0;\n"
-    "uint unused1;\n"
-    "uint unused2;\n"
+    "float near_depth,far_depth;\n"
+    "uint face,given,normal_packing,material,left,bottom,depth_layer,place_layer,\n"
+    "normal_layer,color_layer,material_layer,unused0,unused1,unused2;\n"
     "}glbk_rsm_imported;\n", 0
 };
 
-static const struct { char s0[233]; char end; } glbk__glsl_lib_rsm_light_glsl = {
+static const struct { char s0[172]; char end; } glbk__glsl_lib_rsm_light_glsl = {
     "\nlayout(std140)uniform glbk_rsm_light_block{\n"
-    "vec4 position;\n"
-    "vec4 right;\n"
-    "vec4 up;\n"
-    "vec4 axis;\n"
-    "vec4 value;\n"
-    "float extent;\n"
-    "float cos_half;\n"
-    "uint side;\n"
-    "uint face_count;\n"
-    "uint kind;\n"
-    "uint unused0;\n"
-    "uint unused1;\n"
-    "uint unused2;\n"
+    "vec4 position,right,up,axis,value;\n"
+    "float extent,cos_half;\n"
+    "uint side,face_count,kind,unused0,unused1,unused2;\n"
     "}glbk_rsm_light;\n", 0
 };
 
@@ -1547,7 +1449,7 @@ static const struct { char s0[2126]; char end; } glbk__glsl_lib_rsm_lists_glsl =
     "}\n", 0
 };
 
-static const struct { char s0[3016]; char end; } glbk__glsl_lib_rsm_map_glsl = {
+static const struct { char s0[3006]; char end; } glbk__glsl_lib_rsm_map_glsl = {
     "\nconst int RSM_SUN=1;\n"
     "const int RSM_SPOT=2;\n"
     "const int RSM_SQUARE_SPOT=3;\n"
@@ -1573,11 +1475,11 @@ static const struct { char s0[3016]; char end; } glbk__glsl_lib_rsm_map_glsl = {
     "r=l.right;\n"
     "u=l.up;\n"
     "a=l.axis;\n"
-    "if(face==1){r= -l.axis;a=l.right;}\n"
-    "else if(face==2){r=l.axis;a= -l.right;}\n"
-    "else if(face==3){u= -l.axis;a=l.up;}\n"
-    "else if(face==4){u=l.axis;a= -l.up;}\n"
-    "else if(face==5){r= -l.right;a= -l.axis;}\n"
+    "if(face==1){r=-l.axis;a=l.right;}\n"
+    "else if(face==2){r=l.axis;a=-l.right;}\n"
+    "else if(face==3){u=-l.axis;a=l.up;}\n"
+    "else if(face==4){u=l.axis;a=-l.up;}\n"
+    "else if(face==5){r=-l.right;a=-l.axis;}\n"
     "}\n"
     "\n\nvec3 rsm_to_face(rsm_light l,int face,vec3 p)\n"
     "{\n"
@@ -1598,7 +1500,7 @@ static const struct { char s0[3016]; char end; } glbk__glsl_lib_rsm_map_glsl = {
     "return l.faces==1?0:rsm_cube_face(vec3(dot(d,l.right),dot(d,l.up),dot(d,l.axis)));\n"
     "}\n"
     "\n\nfloat rsm_texel_centre(rsm_light l,int i){return(float(i)+.5)*2./l.side-1.;}\n"
-    "\n\nvec3 rsm_to_light(rsm_light l,vec3 p){return l.kind==RSM_SUN? -l.axis:rsm_normalize(l.position-p);}\n"
+    "\n\nvec3 rsm_to_light(rsm_light l,vec3 p){return l.kind==RSM_SUN?-l.axis:rsm_normalize(l.position-p);}\n"
     "\n\n\nfloat rsm_solid_angle(rsm_light l,vec3 r,vec3 u,vec3 a,vec2 q,float h)\n"
     "{\n"
     "float sum=.0;\n"
@@ -1634,9 +1536,9 @@ static const struct { char s0[3016]; char end; } glbk__glsl_lib_rsm_map_glsl = {
     "int corners=0,covered=0;\n"
     "for(int k=0;k<4;k++)\n"
     "corners+=int(\n"
-    "rsm_in_cone(l,r,u,a,q+h*vec2((k&1)!=0?1.: -1.,(k&2)!=0?1.: -1.)));\n"
+    "rsm_in_cone(l,r,u,a,q+h*vec2((k&1)!=0?1.:-1.,(k&2)!=0?1.:-1.)));\n"
     "if(corners==4)return flux;\n"
-    "if(corners==0&& !rsm_in_cone(l,r,u,a,q))return .0;\n"
+    "if(corners==0&&!rsm_in_cone(l,r,u,a,q))return .0;\n"
     "for(int k=0;k<64;k++)\n"
     "covered+=int(rsm_in_cone(l,r,u,a,q+h*(vec2(float(k&7),float(k>>3))-3.5)*.25));\n"
     "return flux*float(covered)*(1./64.);\n"
@@ -1723,17 +1625,17 @@ static const struct { char s0[389]; char end; } glbk__glsl_lib_rsm_sampling_glsl
     "}\n", 0
 };
 
-static const struct { char s0[1506]; char end; } glbk__glsl_lib_rsm_screen_glsl = {
+static const struct { char s0[1503]; char end; } glbk__glsl_lib_rsm_screen_glsl = {
     "\n\n\n\n#define RSM_NONE 0.0\n"
     "#define RSM_PENDING 1.0\n"
     "#define RSM_INTERPOLATED 2.0\n"
     "#define RSM_EVALUATED 3.0\n"
     "#define RSM_FRESH 4.0\n"
     "\n\n\n#define RSM_NODE_SCALE 1152921504606846976.0\n"
-    "\n\nbool rsm_node_fresh(float alpha){return alpha< -1.;}\n"
+    "\n\nbool rsm_node_fresh(float alpha){return alpha<-1.;}\n"
     "\n\nfloat rsm_node_distance2(float alpha)\n"
     "{\n"
-    "return rsm_node_fresh(alpha)? -alpha/RSM_NODE_SCALE: -alpha*RSM_NODE_SCALE;\n"
+    "return rsm_node_fresh(alpha)?-alpha/RSM_NODE_SCALE:-alpha*RSM_NODE_SCALE;\n"
     "}\n"
     "\n\nfloat rsm_node_alpha(float distance2)\n"
     "{\n"
@@ -1777,17 +1679,17 @@ static const struct { char s0[1506]; char end; } glbk__glsl_lib_rsm_screen_glsl 
     "}\n", 0
 };
 
-static const struct { char s0[603]; char end; } glbk__glsl_lib_rsm_smooth_glsl = {
+static const struct { char s0[600]; char end; } glbk__glsl_lib_rsm_smooth_glsl = {
     "\n\n\n\n\n\nbool rsm_neighbour(ivec2 at,ivec2 off,out rsm_receiver s,out vec3 light);\n"
     "\n\nvec4 rsm_smooth(ivec2 at,rsm_receiver r,vec4 sum)\n"
     "{\n"
     "vec3 light=sum.xyz*4.,most=vec3(.0);\n"
     "float total=4.;\n"
-    "for(int j= -1;j<=1;j++)\n"
-    "for(int i= -1;i<=1;i++){\n"
+    "for(int j=-1;j<=1;j++)\n"
+    "for(int i=-1;i<=1;i++){\n"
     "rsm_receiver s;\n"
     "vec3 other;\n"
-    "if((i==0&&j==0)|| !rsm_neighbour(at,ivec2(i,j),s,other))continue;\n"
+    "if((i==0&&j==0)||!rsm_neighbour(at,ivec2(i,j),s,other))continue;\n"
     "float weight=rsm_alike(r.position,r.normal,s.position,s.normal);\n"
     "weight*=i!=0&&j!=0?1.:2.;\n"
     "light+=weight*other;\n"
@@ -1836,7 +1738,7 @@ static const struct { char s0[396]; char end; } glbk__glsl_prog_rsm_direct_frag 
     "}\n", 0
 };
 
-static const struct { char s0[1442]; char end; } glbk__glsl_prog_rsm_fill_frag = {
+static const struct { char s0[1440]; char end; } glbk__glsl_prog_rsm_fill_frag = {
     "\n\n\nin vec3 rsm_place,rsm_facing;\n"
     "in vec2 rsm_uv;\n"
     "layout(location=0)out uvec4 rsm_out_place;\n"
@@ -1849,9 +1751,9 @@ static const struct { char s0[1442]; char end; } glbk__glsl_prog_rsm_fill_frag =
     "vec3 view=eye.w>.0?eye.xyz-rsm_place:eye.xyz;\n"
     "vec3 flat_normal=rsm_normalize(cross(dFdx(rsm_place),dFdy(rsm_place)));\n"
     "\nif(dot(flat_normal,flat_normal)==.0)flat_normal=rsm_normalize(rsm_facing);\n"
-    "if(dot(flat_normal,view)<.0)flat_normal= -flat_normal;\n"
+    "if(dot(flat_normal,view)<.0)flat_normal=-flat_normal;\n"
     "vec3 n=dot(rsm_facing,rsm_facing)>.0?rsm_normalize(rsm_facing):flat_normal;\n"
-    "if(dot(n,flat_normal)<.0)n= -n;\n"
+    "if(dot(n,flat_normal)<.0)n=-n;\n"
     "if(glbk_rsm_drawn.has_map!=0u){\n"
     "color.xyz*=texture(glbk_rsm_albedo_map,rsm_uv).xyz;\n"
     "color.w=textureLod(glbk_rsm_albedo_map,rsm_uv,.0).w;\n"
@@ -1888,7 +1790,7 @@ static const struct { char s0[392]; char end; } glbk__glsl_prog_rsm_fill_vert = 
     "}\n", 0
 };
 
-static const struct { char s0[2151]; char end; } glbk__glsl_prog_rsm_gather_comp = {
+static const struct { char s0[2148]; char end; } glbk__glsl_prog_rsm_gather_comp = {
     "\n\n\n\n\n\n#ifndef NODES\n"
     "#define NODES 0\n"
     "#endif\n"
@@ -1936,12 +1838,12 @@ static const struct { char s0[2151]; char end; } glbk__glsl_prog_rsm_gather_comp
     "bool awake=rsm_read(inside?at:ivec2(0),r)&&inside;\n"
     "#if NODES\n"
     "ivec2 number=rsm_node_number(at,int(glbk_rsm_frame.fine_step));\n"
-    "if(awake&& !first){\n"
+    "if(awake&&!first){\n"
     "sum=imageLoad(glbk_rsm_nodes,number);\n"
     "rsm_near=1./rsm_node_distance2(sum.w);\n"
     "}\n"
     "#else\n"
-    "if(awake&& !first)sum=imageLoad(glbk_rsm_picture,at);\n"
+    "if(awake&&!first)sum=imageLoad(glbk_rsm_picture,at);\n"
     "#endif\n"
     "if(i==0u)rsm_awake=false;\n"
     "barrier();\n"
@@ -1955,7 +1857,7 @@ static const struct { char s0[2151]; char end; } glbk__glsl_prog_rsm_gather_comp
     "sum=vec4(sum.xyz+light*r.open,RSM_FRESH);\n"
     "#endif\n"
     "}\n"
-    "if(!inside||(!awake&& !first))return;\n"
+    "if(!inside||(!awake&&!first))return;\n"
     "if(!awake)sum=vec4(.0);\n"
     "#if NODES\n"
     "imageStore(glbk_rsm_nodes,number,sum);\n"
@@ -1965,7 +1867,7 @@ static const struct { char s0[2151]; char end; } glbk__glsl_prog_rsm_gather_comp
     "}\n", 0
 };
 
-static const struct { char s0[1428]; char end; } glbk__glsl_prog_rsm_gather_frag = {
+static const struct { char s0[1427]; char end; } glbk__glsl_prog_rsm_gather_frag = {
     "\n\n\n\n\nlayout(location=0)out glbk_color result;\n"
     "\n\n\nbool rsm_wanted(ivec2 at,int step,ivec2 size)\n"
     "{\n"
@@ -1999,7 +1901,7 @@ static const struct { char s0[1428]; char end; } glbk__glsl_prog_rsm_gather_frag
     "sum.xyz*=evaluate?.0:r.open;\n"
     "}\n"
     "if(evaluate){\n"
-    "if(mode==1u&& !first)rsm_near=1./rsm_node_distance2(sum.w);\n"
+    "if(mode==1u&&!first)rsm_near=1./rsm_node_distance2(sum.w);\n"
     "sum.xyz+=rsm_bounce(r,at)*(mode==1u?1.:r.open);\n"
     "sum.w=mode==1u?rsm_node_alpha(1./max(rsm_near,1e-30)):RSM_FRESH;\n"
     "}\n"
@@ -2007,7 +1909,7 @@ static const struct { char s0[1428]; char end; } glbk__glsl_prog_rsm_gather_frag
     "}\n", 0
 };
 
-static const struct { char s0[3998]; char s1[455]; char end; } glbk__glsl_prog_rsm_import_frag = {
+static const struct { char s0[3994]; char s1[454]; char end; } glbk__glsl_prog_rsm_import_frag = {
     "\n\n\n\n#ifndef KIND\n"
     "#define KIND 0\n"
     "#endif\n"
@@ -2060,7 +1962,7 @@ static const struct { char s0[3998]; char s1[455]; char end; } glbk__glsl_prog_r
     "\n\nvec3 unit_of_square(vec2 p)\n"
     "{\n"
     "float z=1.-abs(p.x)-abs(p.y),t=max(-z,.0);\n"
-    "return rsm_normalize(vec3(p.x+(p.x>=.0? -t:t),p.y+(p.y>=.0? -t:t),z));\n"
+    "return rsm_normalize(vec3(p.x+(p.x>=.0?-t:t),p.y+(p.y>=.0?-t:t),z));\n"
     "}\n"
     "\n\nvec3 normal_of(vec3 v)\n"
     "{\n"
@@ -2111,11 +2013,11 @@ static const struct { char s0[3998]; char s1[455]; char end; } glbk__glsl_prog_r
     "rsm_out_normal=rsm_out_flux=uvec4(0u);\n"
     "bool seen=find_place(l,place);\n"
     "vec3 n=normal_of(RSM_NORMAL_IN.xyz);\n"
-    "if(!seen|| !(dot(n,n)>.5)|| !within(place,-1e9,1e9))return;\n"
+    "if(!seen||!(dot(n,n)>.5)||!within(place,-1e9,1e9))return;\n"
     "vec3 color=glbk_rsm_imported.color.xyz,flux;\n",
     "if(has(has_colors))color*=RSM_COLOR_IN.xyz;\n"
     "flux=has(colors_are_flux)?color:rsm_incident(l,face,t)*l.value*color;\n"
-    "if(!within(color,.0,3.0e38)|| !within(flux,.0,1e18))return;\n"
+    "if(!within(color,.0,3.0e38)||!within(flux,.0,1e18))return;\n"
     "uint material=glbk_rsm_imported.material;\n"
     "if(has(has_materials))material=RSM_MATERIAL_IN.x;\n"
     "rsm_out_place=floatBitsToUint(vec4(place,dot(place-l.position,a)));\n"
@@ -2124,7 +2026,7 @@ static const struct { char s0[3998]; char s1[455]; char end; } glbk__glsl_prog_r
     "}\n", 0
 };
 
-static const struct { char s0[2109]; char end; } glbk__glsl_prog_rsm_interpolate_comp = {
+static const struct { char s0[2107]; char end; } glbk__glsl_prog_rsm_interpolate_comp = {
     "\n\n\n\n\nlayout(local_size_x=RSM_GROUP)in;\n"
     "\n#if RSM_GROUP == 256\n"
     "\nconst int SIDE=9;\n"
@@ -2177,9 +2079,9 @@ static const struct { char s0[2109]; char end; } glbk__glsl_prog_rsm_interpolate
     "#else\n"
     "bool inside=rsm_item(glbk_rsm_frame.list_read,at);\n"
     "#endif\n"
-    "if(inside&& !rsm_read(at,r)){\n"
+    "if(inside&&!rsm_read(at,r)){\n"
     "imageStore(glbk_rsm_picture,at,vec4(.0,.0,.0,RSM_NONE));\n"
-    "}else if(inside&& !rsm_is_node(at,step,size,number)){\n"
+    "}else if(inside&&!rsm_is_node(at,step,size,number)){\n"
     "if(rsm_interpolate(at,step,size,r,value)){\n"
     "imageStore(glbk_rsm_picture,at,vec4(value*r.open,RSM_INTERPOLATED));\n"
     "}else{\n"
@@ -2271,7 +2173,7 @@ static const struct { char s0[1776]; char end; } glbk__glsl_prog_rsm_pick_frag =
     "}\n", 0
 };
 
-static const struct { char s0[2068]; char end; } glbk__glsl_prog_rsm_recall_frag = {
+static const struct { char s0[2067]; char end; } glbk__glsl_prog_rsm_recall_frag = {
     "\n\n\n\nlayout(location=0)out glbk_color result;\n"
     "layout(location=1)out uvec4 rsm_out_place;\n"
     "layout(location=2)out uvec4 rsm_out_normal;\n"
@@ -2283,7 +2185,7 @@ static const struct { char s0[2068]; char end; } glbk__glsl_prog_rsm_recall_frag
     "}else if(glbk_rsm_frame.motion==1u){\n"
     "vec4 c=glbk_rsm_drawn.clip*vec4(p,1.);\n"
     "if(!(c.w>.0))return false;\n"
-    "q=(vec2(c.x,glbk_rsm_frame.rows_top_first!=0u? -c.y:c.y)/c.w*.5+.5)*size;\n"
+    "q=(vec2(c.x,glbk_rsm_frame.rows_top_first!=0u?-c.y:c.y)/c.w*.5+.5)*size;\n"
     "}else{\n"
     "return false;\n"
     "}\n"
@@ -2456,14 +2358,14 @@ static const struct { char s0[1398]; char end; } glbk__glsl_prog_rsm_smooth_comp
     "}\n", 0
 };
 
-static const struct { char s0[593]; char end; } glbk__glsl_prog_rsm_smooth_frag = {
+static const struct { char s0[592]; char end; } glbk__glsl_prog_rsm_smooth_frag = {
     "\n\n\nlayout(location=0)out glbk_color result;\n"
     "\nbool rsm_neighbour(ivec2 at,ivec2 off,out rsm_receiver s,out vec3 light)\n"
     "{\n"
     "ivec2 there=at+off*int(glbk_rsm_frame.step),size=rsm_picture_side();\n"
     "bool inside=all(greaterThanEqual(there,ivec2(0)))&&all(lessThan(there,size));\n"
     "light=vec3(.0);\n"
-    "if(!inside|| !rsm_read(there,s))return false;\n"
+    "if(!inside||!rsm_read(there,s))return false;\n"
     "light=glbk_unpack(texelFetch(glbk_rsm_sum,there,0)).xyz;\n"
     "return true;\n"
     "}\n"
@@ -2477,7 +2379,7 @@ static const struct { char s0[593]; char end; } glbk__glsl_prog_rsm_smooth_frag 
     "}\n", 0
 };
 
-static const struct { char s0[532]; char end; } glbk__glsl_prog_rsm_stats_frag = {
+static const struct { char s0[531]; char end; } glbk__glsl_prog_rsm_stats_frag = {
     "\n\n\n\nlayout(location=0)out uvec4 result;\n"
     "\nvoid main()\n"
     "{\n"
@@ -2490,7 +2392,7 @@ static const struct { char s0[532]; char end; } glbk__glsl_prog_rsm_stats_frag =
     "ivec3 t=ivec3(i,at.x,face);\n"
     "vec3 flux=uintBitsToFloat(RSM_TEXEL(t,2).xyz);\n"
     "lit+=rsm_mean3(flux)>.0?1u:0u;\n"
-    "if(what==0|| !(uintBitsToFloat(RSM_TEXEL(t,0).w)<3.0e38))continue;\n"
+    "if(what==0||!(uintBitsToFloat(RSM_TEXEL(t,0).w)<3.0e38))continue;\n"
     "sum+=what==1?rsm_incident(l,face,t.xy)*l.value:flux;\n"
     "}\n"
     "result=what==0?uvec4(lit,0u,0u,0u):uvec4(floatBitsToUint(sum),0u);\n"
@@ -2504,7 +2406,7 @@ static const glbk_file glbk__rsm_files[] = {
     { "lib/rsm_bindings.glsl\0" "" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_rsm_bindings_glsl },
-    { "lib/rsm_bounce.glsl\0" "rsm_screen rsm_gather rsm_sampling rsm_frame" "\0" "" "\0"
+    { "lib/rsm_bounce.glsl\0" "rsm_screen rsm_gather rsm_sampling" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_rsm_bounce_glsl },
     { "lib/rsm_bound.glsl\0" "rsm_map rsm_light" "\0" "" "\0"
@@ -2525,7 +2427,7 @@ static const glbk_file glbk__rsm_files[] = {
     { "lib/rsm_gather.glsl\0" "rsm_pick" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_rsm_gather_glsl },
-    { "lib/rsm_grid.glsl\0" "rsm_screen rsm_frame" "\0" "" "\0"
+    { "lib/rsm_grid.glsl\0" "rsm_screen" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_rsm_grid_glsl },
     { "lib/rsm_imported.glsl\0" "" "\0" "" "\0"
@@ -2534,7 +2436,7 @@ static const glbk_file glbk__rsm_files[] = {
     { "lib/rsm_light.glsl\0" "" "\0" "" "\0"
       "" "\0" "glbk_rsm_light",
       (const char *)&glbk__glsl_lib_rsm_light_glsl },
-    { "lib/rsm_lists.glsl\0" "rsm_screen rsm_frame" "\0" "" "\0"
+    { "lib/rsm_lists.glsl\0" "rsm_screen" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_rsm_lists_glsl },
     { "lib/rsm_map.glsl\0" "" "\0" "" "\0"
@@ -2552,10 +2454,10 @@ static const glbk_file glbk__rsm_files[] = {
     { "lib/rsm_smooth.glsl\0" "rsm_screen" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_rsm_smooth_glsl },
-    { "prog/rsm_begin.comp\0" "rsm_lists rsm_frame" "\0" "" "\0"
+    { "prog/rsm_begin.comp\0" "rsm_lists" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_rsm_begin_comp },
-    { "prog/rsm_direct.frag\0" "rsm_direct rsm_screen rsm_frame" "\0" "screen.vert" "\0"
+    { "prog/rsm_direct.frag\0" "rsm_direct rsm_screen" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_rsm_direct_frag },
     { "prog/rsm_fill.frag\0" "rsm_bindings rsm_bound mesh_fragment rsm_drawn" "\0" "rsm_fill.vert" "\0"
@@ -2564,43 +2466,43 @@ static const glbk_file glbk__rsm_files[] = {
     { "prog/rsm_fill.vert\0" "rsm_bindings mesh_vertex rsm_drawn" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_rsm_fill_vert },
-    { "prog/rsm_gather.comp\0" "rsm_chunk rsm_bounce rsm_lists rsm_frame" "\0" "" "\0"
+    { "prog/rsm_gather.comp\0" "rsm_chunk rsm_bounce rsm_lists" "\0" "" "\0"
       "NODES=0 | NODES=1 | NODES=0 RSM_SURFACES=1 | NODES=1 RSM_SURFACES=1" "\0" "",
       (const char *)&glbk__glsl_prog_rsm_gather_comp },
-    { "prog/rsm_gather.frag\0" "rsm_bounce rsm_frame" "\0" "screen.vert" "\0"
+    { "prog/rsm_gather.frag\0" "rsm_bounce" "\0" "" "\0"
       "RSM_SURFACES=0 | RSM_SURFACES=1" "\0" "",
       (const char *)&glbk__glsl_prog_rsm_gather_frag },
-    { "prog/rsm_import.frag\0" "rsm_bindings rsm_imported rsm_bound rsm_imported" "\0" "screen.vert" "\0"
+    { "prog/rsm_import.frag\0" "rsm_bindings rsm_imported rsm_bound" "\0" "" "\0"
       "KIND=0 | KIND=1 | KIND=2" "\0" "",
       (const char *)&glbk__glsl_prog_rsm_import_frag },
-    { "prog/rsm_interpolate.comp\0" "rsm_lists rsm_grid rsm_frame" "\0" "" "\0"
+    { "prog/rsm_interpolate.comp\0" "rsm_lists rsm_grid" "\0" "" "\0"
       "RSM_GROUP=256 | RSM_GROUP=64" "\0" "",
       (const char *)&glbk__glsl_prog_rsm_interpolate_comp },
-    { "prog/rsm_interpolate.frag\0" "rsm_grid rsm_frame" "\0" "screen.vert" "\0"
+    { "prog/rsm_interpolate.frag\0" "rsm_grid" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_rsm_interpolate_frag },
-    { "prog/rsm_pick.frag\0" "rsm_gather rsm_frame" "\0" "screen.vert" "\0"
+    { "prog/rsm_pick.frag\0" "rsm_gather rsm_frame" "\0" "" "\0"
       "ALL=0 | ALL=1" "\0" "",
       (const char *)&glbk__glsl_prog_rsm_pick_frag },
-    { "prog/rsm_recall.frag\0" "rsm_screen rsm_drawn rsm_frame" "\0" "screen.vert" "\0"
+    { "prog/rsm_recall.frag\0" "rsm_screen rsm_drawn" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_rsm_recall_frag },
-    { "prog/rsm_resolve.frag\0" "rsm_access gbuffer picture rsm_frame" "\0" "screen.vert" "\0"
+    { "prog/rsm_resolve.frag\0" "rsm_access gbuffer picture rsm_frame" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_rsm_resolve_frag },
-    { "prog/rsm_scan.comp\0" "rsm_pick rsm_light" "\0" "" "\0"
+    { "prog/rsm_scan.comp\0" "rsm_pick" "\0" "" "\0"
       "ROWS=0 | ROWS=1" "\0" "",
       (const char *)&glbk__glsl_prog_rsm_scan_comp },
-    { "prog/rsm_scan.frag\0" "rsm_pick rsm_frame" "\0" "screen.vert" "\0"
+    { "prog/rsm_scan.frag\0" "rsm_pick rsm_frame" "\0" "" "\0"
       "FROM=0 | FROM=1 | FROM=2 | FROM=3" "\0" "",
       (const char *)&glbk__glsl_prog_rsm_scan_frag },
-    { "prog/rsm_smooth.comp\0" "rsm_smooth rsm_frame" "\0" "" "\0"
+    { "prog/rsm_smooth.comp\0" "rsm_smooth" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_rsm_smooth_comp },
-    { "prog/rsm_smooth.frag\0" "rsm_smooth rsm_frame" "\0" "screen.vert" "\0"
+    { "prog/rsm_smooth.frag\0" "rsm_smooth" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_rsm_smooth_frag },
-    { "prog/rsm_stats.frag\0" "rsm_bindings rsm_access rsm_bound rsm_light" "\0" "screen.vert" "\0"
+    { "prog/rsm_stats.frag\0" "rsm_bindings rsm_access rsm_bound" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_rsm_stats_frag }
 };

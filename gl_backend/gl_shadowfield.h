@@ -838,26 +838,15 @@ static const struct { char s0[312]; char end; } glbk__glsl_lib_sfield_access_gls
     "#endif\n", 0
 };
 
-static const struct { char s0[783]; char end; } glbk__glsl_lib_sfield_bindings_glsl = {
-    "\nuniform usampler2DArray glbk_sfield_table;\n"
-    "uniform usampler2DArray glbk_sfield_moving;\n"
-    "uniform usampler2DArray glbk_sfield_self;\n"
-    "uniform usampler2D glbk_sfield_seen;\n"
-    "uniform usampler2D glbk_sfield_cube;\n"
+static const struct { char s0[593]; char end; } glbk__glsl_lib_sfield_bindings_glsl = {
+    "\nuniform usampler2DArray glbk_sfield_table,glbk_sfield_moving,glbk_sfield_self;\n"
+    "uniform usampler2D glbk_sfield_seen,glbk_sfield_cube;\n"
     "uniform usampler2DArray glbk_sfield_basis;\n"
     "#if __VERSION__ >= 430\n"
     "layout(rgba32f,binding=0)writeonly uniform image2D glbk_sfield_light_image;\n"
-    "#endif\n"
-    "#if __VERSION__ >= 430\n"
     "layout(rgba32f,binding=1)writeonly uniform image2D glbk_sfield_gloss_image;\n"
-    "#endif\n"
-    "#if __VERSION__ >= 430\n"
     "layout(rgba32ui,binding=2)writeonly uniform uimage2D glbk_sfield_cube_image;\n"
-    "#endif\n"
-    "#if __VERSION__ >= 430\n"
     "layout(rgba32ui,binding=3)writeonly uniform uimage2D glbk_sfield_coefs_image;\n"
-    "#endif\n"
-    "#if __VERSION__ >= 430\n"
     "layout(rgba32f,binding=4)writeonly uniform image2D glbk_sfield_grazing_image;\n"
     "#endif\n", 0
 };
@@ -920,20 +909,14 @@ static const struct { char s0[1988]; char end; } glbk__glsl_lib_sfield_brdf_glsl
     "#endif\n", 0
 };
 
-static const struct { char s0[214]; char end; } glbk__glsl_lib_sfield_contents_glsl = {
+static const struct { char s0[173]; char end; } glbk__glsl_lib_sfield_contents_glsl = {
     "\nlayout(std140)uniform glbk_sfield_contents_block{\n"
-    "uint entity_texel;\n"
-    "uint entity_count;\n"
-    "uint light_count;\n"
-    "uint wants_sky;\n"
-    "uint term_texel;\n"
-    "uint term_count;\n"
-    "uint sky_texel;\n"
-    "uint brdf_texel;\n"
+    "uint entity_texel,entity_count,light_count,wants_sky,term_texel,term_count,\n"
+    "sky_texel,brdf_texel;\n"
     "}glbk_sfield_contents;\n", 0
 };
 
-static const struct { char s0[3961]; char s1[2191]; char end; } glbk__glsl_lib_sfield_field_glsl = {
+static const struct { char s0[3956]; char s1[2191]; char end; } glbk__glsl_lib_sfield_field_glsl = {
     "\n\n\n\n\n\n#ifndef SFIELD_TEXEL\n"
     "#error \"SFIELD_TEXEL(i): texel i of the table as uvec4\"\n"
     "#endif\n"
@@ -974,10 +957,10 @@ static const struct { char s0[3961]; char s1[2191]; char end; } glbk__glsl_lib_s
     "uvec4 head=SFIELD_TEXEL(field);\n"
     "vec3 a=abs(p);\n"
     "float m=max(max(a.x,a.y),a.z),d2=dot(p,p),inverse=1./max(m,1e-20);\n"
-    "bool on_x=m==a.x,on_y=m==a.y&& !on_x;\n"
+    "bool on_x=m==a.x,on_y=m==a.y&&!on_x;\n"
     "uint face=on_x?(p.x>.0?0u:1u):on_y?(p.y>.0?2u:3u):p.z>.0?4u:5u;\n"
-    "float s=on_x?(p.x>.0? -p.z:p.z):on_y?p.x:p.z>.0?p.x: -p.x;\n"
-    "float t=on_y?(p.y>.0?p.z: -p.z): -p.y;\n"
+    "float s=on_x?(p.x>.0?-p.z:p.z):on_y?p.x:p.z>.0?p.x:-p.x;\n"
+    "float t=on_y?(p.y>.0?p.z:-p.z):-p.y;\n"
     "vec2 grid=(vec2(sfield_warp(s*inverse),sfield_warp(t*inverse))+1.)*(.5*float(head.w-1u));\n"
     "uvec2 at=uvec2(min(grid,vec2(float(head.w)-1.5)));\n"
     "vec2 f=grid-vec2(at);\n"
@@ -1141,7 +1124,7 @@ static const struct { char s0[79]; char end; } glbk__glsl_lib_sfield_frame_glsl 
     "}glbk_sfield_frame;\n", 0
 };
 
-static const struct { char s0[4001]; char s1[741]; char end; } glbk__glsl_lib_sfield_list_glsl = {
+static const struct { char s0[3998]; char s1[741]; char end; } glbk__glsl_lib_sfield_list_glsl = {
     "\n\n\n\n#ifndef SFIELD_GROUP\n"
     "#define SFIELD_GROUP 64u\n"
     "#endif\n"
@@ -1162,7 +1145,7 @@ static const struct { char s0[4001]; char s1[741]; char end; } glbk__glsl_lib_sf
     "\n\nuvec4 sfield_rotation_texel(uint i)\n"
     "{\n"
     "if(i<SFIELD_TURNED)return SFIELD_MOVING(i);\n"
-    "return sfield_texels[SFIELD_LISTED*SFIELD_ENTITY+(i& ~SFIELD_TURNED)];\n"
+    "return sfield_texels[SFIELD_LISTED*SFIELD_ENTITY+(i&~SFIELD_TURNED)];\n"
     "}\n"
     "\n#define SFIELD_COUNT (sfield_all() ? glbk_sfield_contents.entity_count : sfield_listed)\n"
     "#define SFIELD_NAME(i) sfield_name(i)\n"
@@ -1213,7 +1196,7 @@ static const struct { char s0[4001]; char s1[741]; char end; } glbk__glsl_lib_sf
     "vec3 most=max(max(from*b.normal_low,from*b.normal_high),\n"
     "max(to*b.normal_low,to*b.normal_high));\n"
     "vec3 room=1e-6*max(abs(from),abs(to));\n"
-    "return most.x+most.y+most.z+room.x+room.y+room.z> -radius;\n"
+    "return most.x+most.y+most.z+room.x+room.y+room.z>-radius;\n"
     "}\n"
     "\n\nvoid sfield_list(vec3 position,vec3 normal,bool seen)\n"
     "{\n"
@@ -1230,7 +1213,7 @@ static const struct { char s0[4001]; char s1[741]; char end; } glbk__glsl_lib_sf
     "float radius=uintBitsToFloat(SFIELD_MOVING(at+3u).w);\n"
     "bool hides=span.x<occluder.w&&sfield_above(box,occluder.xyz,radius);\n"
     "if(source.w>.0)light=sfield_span(box,source.xyz);\n"
-    "if(!hides&& !(source.w>.0))continue;\n"
+    "if(!hides&&!(source.w>.0))continue;\n"
     "span=vec2(source.w>.0?light.x:span.x,hides?max(span.y,light.y):light.y);\n"
     "uint slot=atomicAdd(sfield_listed,1u);\n"
     "if(slot<SFIELD_LISTED)sfield_texels[slot]=uvec4(e,floatBitsToUint(span),0u);\n"
@@ -1269,14 +1252,13 @@ static const struct { char s0[4001]; char s1[741]; char end; } glbk__glsl_lib_sf
     "}\n", 0
 };
 
-static const struct { char s0[98]; char end; } glbk__glsl_lib_sfield_object_glsl = {
+static const struct { char s0[92]; char end; } glbk__glsl_lib_sfield_object_glsl = {
     "\nlayout(std140)uniform glbk_sfield_object_block{\n"
-    "mat4 transform;\n"
-    "mat4 clip;\n"
+    "mat4 transform,clip;\n"
     "}glbk_sfield_object;\n", 0
 };
 
-static const struct { char s0[2511]; char end; } glbk__glsl_lib_sfield_point_glsl = {
+static const struct { char s0[2508]; char end; } glbk__glsl_lib_sfield_point_glsl = {
     "\n\n#ifndef SFIELD_SELF\n"
     "#define SFIELD_SELF 0\n"
     "#endif\n"
@@ -1308,7 +1290,7 @@ static const struct { char s0[2511]; char end; } glbk__glsl_lib_sfield_point_gls
     "vec3 view=glbk_sfield_frame.eye.xyz-p.position;\n"
     "bool metal=p.kind==GLBK_METAL_ROUGH,seen=dot(view,view)>.0;\n"
     "uint kernels=metal?(recorded?4u:3u):p.exponent>.0&&seen?1u:0u;\n"
-    "if(metal&& !seen)return sfield_no_light();\n"
+    "if(metal&&!seen)return sfield_no_light();\n"
     "view=seen?normalize(view):vec3(.0);\n"
     "for(int k=0;k<SFIELD_COEFS;k++){\n"
     "own[k]=t[k];\n"
@@ -1318,14 +1300,14 @@ static const struct { char s0[2511]; char end; } glbk__glsl_lib_sfield_point_gls
     "bool last=i==3u;\n"
     "if(metal)sfield_kernel(last?0u:recorded?i+3u:i,p.roughness,p.normal,view,r);\n"
     "else sfield_lobe(reflect(-view,p.normal),clamp(p.exponent,1.,1000.),r);\n"
-    "if(metal&&(last||(i==0u&& !recorded)))whole=r[0];\n"
+    "if(metal&&(last||(i==0u&&!recorded)))whole=r[0];\n"
     "if(!metal||recorded){\n"
     "sfield_product(SFIELD_TERMS,own,r,q);\n"
     "r=q;\n"
     "}\n"
     "for(int k=0;k<SFIELD_COEFS;k++){\n"
     "t[k]=metal&&i==0u?r[k]:t[k];\n"
-    "g[k]= !metal||i==1u?r[k]:g[k];\n"
+    "g[k]=!metal||i==1u?r[k]:g[k];\n"
     "h[k]=metal&&i==2u?r[k]:h[k];\n"
     "}\n"
     "}\n"
@@ -1359,7 +1341,7 @@ static const struct { char s0[2511]; char end; } glbk__glsl_lib_sfield_point_gls
     "}\n", 0
 };
 
-static const struct { char s0[3981]; char s1[2517]; char end; } glbk__glsl_lib_sfield_shade_glsl = {
+static const struct { char s0[3978]; char s1[2516]; char end; } glbk__glsl_lib_sfield_shade_glsl = {
     "\n\n\n\n\n\n\n\n#ifndef SFIELD_ENTITY\n"
     "#define SFIELD_ENTITY 7u\n"
     "#endif\n"
@@ -1408,7 +1390,7 @@ static const struct { char s0[3981]; char s1[2517]; char end; } glbk__glsl_lib_s
     "float k=what==0?light:max(far,light);\n"
     "uint n=what==0?e:e|SFIELD_HIDES;\n"
     "bool there=what==0?source.w>.0:far<occluder.w;\n"
-    "if(!there|| !(k>d2||(k==d2&&(id==SFIELD_NONE||n>id))))continue;\n"
+    "if(!there||!(k>d2||(k==d2&&(id==SFIELD_NONE||n>id))))continue;\n"
     "for(int i=0;i<SFIELD_BATCH;i++)\n"
     "if(k<key[i]||(k==key[i]&&n<name[i])){\n"
     "float a=key[i];\n"
@@ -1449,7 +1431,7 @@ static const struct { char s0[3981]; char s1[2517]; char end; } glbk__glsl_lib_s
     "float inscribed=uintBitsToFloat(SFIELD_RECORD(entity,2u).w);\n"
     "vec3 v=place.xyz-position;\n"
     "float d=length(v),factor=clamp(4.*(1.-d*inversesqrt(place.w)),.0,1.);\n"
-    "if(!(factor>.0)|| !(dot(v,normal)> -radius))return false;\n"
+    "if(!(factor>.0)||!(dot(v,normal)>-radius))return false;\n"
     "if(radius<d&&sfield_hidden(met,v/d,radius/d))return false;\n"
     "if(inscribed>.0&&inscribed<d&&factor>=1.&&met.count<SFIELD_OCCLUDERS){\n"
     "for(int i=0;i<SFIELD_OCCLUDERS;i++)\n"
@@ -1551,7 +1533,7 @@ static const struct { char s0[3981]; char s1[2517]; char end; } glbk__glsl_lib_s
     "#endif\n"
     "left--;\n"
     "more=left>0u||sky;\n"
-    "}else if(sfield_occlusion(id& ~SFIELD_HIDES,position,normal,met,o)){\n"
+    "}else if(sfield_occlusion(id&~SFIELD_HIDES,position,normal,met,o)){\n"
     "sfield_apply(o,t);\n"
     "#if SFIELD_GLOSS\n"
     "sfield_apply(o,g);\n"
@@ -1577,17 +1559,10 @@ static const struct { char s0[3981]; char s1[2517]; char end; } glbk__glsl_lib_s
     "}\n", 0
 };
 
-static const struct { char s0[221]; char end; } glbk__glsl_lib_sfield_views_glsl = {
+static const struct { char s0[179]; char end; } glbk__glsl_lib_sfield_views_glsl = {
     "\nlayout(std140)uniform glbk_sfield_views_block{\n"
     "vec4 sphere;\n"
-    "uint first_tile;\n"
-    "uint rows;\n"
-    "uint width;\n"
-    "uint side;\n"
-    "uint batch;\n"
-    "uint groups;\n"
-    "uint unused0;\n"
-    "uint unused1;\n"
+    "uint first_tile,rows,width,side,batch,groups,unused0,unused1;\n"
     "vec4 eyes[256];\n"
     "uvec4 places[256];\n"
     "}glbk_sfield_views;\n", 0
@@ -1923,7 +1898,7 @@ static const glbk_file glbk__sfield_files[] = {
     { "lib/sfield_object.glsl\0" "" "\0" "" "\0"
       "" "\0" "glbk_sfield_object",
       (const char *)&glbk__glsl_lib_sfield_object_glsl },
-    { "lib/sfield_point.glsl\0" "gbuffer sfield_shade sfield_brdf sfield_contents sfield_frame" "\0" "" "\0"
+    { "lib/sfield_point.glsl\0" "gbuffer sfield_shade sfield_brdf sfield_frame" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_sfield_point_glsl },
     { "lib/sfield_shade.glsl\0" "sfield_access sfield_field sfield_contents" "\0" "" "\0"
@@ -1935,7 +1910,7 @@ static const glbk_file glbk__sfield_files[] = {
     { "prog/sfield_project.comp\0" "table sfield_bindings sfield_views" "\0" "" "\0"
       "SFIELD_SOURCE=0 SFIELD_BANDS=4 | SFIELD_SOURCE=1 SFIELD_BANDS=8" "\0" "",
       (const char *)&glbk__glsl_prog_sfield_project_comp },
-    { "prog/sfield_project.frag\0" "table sfield_bindings sfield_views" "\0" "screen.vert" "\0"
+    { "prog/sfield_project.frag\0" "table sfield_bindings sfield_views" "\0" "" "\0"
       "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" "\0" "",
       (const char *)&glbk__glsl_prog_sfield_project_frag },
     { "prog/sfield_see.frag\0" "sfield_bindings mesh_fragment" "\0" "sfield_see.vert" "\0"
@@ -1953,7 +1928,7 @@ static const glbk_file glbk__sfield_files[] = {
     { "prog/sfield_shade.comp\0" "sfield_list sfield_point" "\0" "" "\0"
       "SFIELD_BANDS=4 SFIELD_GLOSS=0 SFIELD_SELF=1 | SFIELD_BANDS=3 SFIELD_GLOSS=1 | SFIELD_BANDS=8 SFIELD_GLOSS=0 | SFIELD_BANDS=4 SFIELD_GLOSS=2 SFIELD_GRAZING=1 SFIELD_SELF=1" "\0" "",
       (const char *)&glbk__glsl_prog_sfield_shade_comp },
-    { "prog/sfield_shade.frag\0" "sfield_point" "\0" "screen.vert" "\0"
+    { "prog/sfield_shade.frag\0" "sfield_point" "\0" "" "\0"
       "SFIELD_BANDS=4 SFIELD_GLOSS=0 SFIELD_SELF=1 | SFIELD_BANDS=3 SFIELD_GLOSS=1 | SFIELD_BANDS=8 SFIELD_GLOSS=0 | SFIELD_BANDS=4 SFIELD_GLOSS=2 SFIELD_GRAZING=1 SFIELD_SELF=1" "\0" "",
       (const char *)&glbk__glsl_prog_sfield_shade_frag },
     { "prog/sfield_sum.comp\0" "sfield_bindings sfield_views" "\0" "" "\0"

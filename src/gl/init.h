@@ -15,11 +15,11 @@ enum {
     GLBK__GROUP_COMPUTE, GLBK__GROUP_CLIP, GLBK__GROUP_CLAMP
 };
 
-/* The names one after the other, each ended by 0, and their groups, in the order of glbk_functions, which
-   holds nothing but pointers to them: a table of pointers to names would be six times as large in a program
-   that can be moved. */
+/* The names without "gl", one after the other, each ended by 0, and their groups, in the order of
+   glbk_functions, which holds nothing but pointers to them: a table of pointers to names would be six times
+   as large in a program that can be moved. */
 static const char glbk__function_names[] =
-#define GLBK__ENTRY(group, type, name, parameters) "gl" #name "\0"
+#define GLBK__ENTRY(group, type, name, parameters) #name "\0"
     GLBK_FUNCTIONS(GLBK__ENTRY);
 #undef GLBK__ENTRY
 
@@ -29,19 +29,23 @@ static const uint8_t glbk__function_groups[] = {
 #undef GLBK__ENTRY
 };
 
-/* Loads one group. Returns the name of a function that is missing, or NULL. */
+/* Loads one group. Returns the name, without "gl", of a function that is missing, or NULL. */
 static const char *glbk__load(glbk_context *ctx, const glbk_desc *desc, int group)
 {
     const char *next = glbk__function_names;
     size_t i;
     for (i = 0; i < sizeof glbk__function_groups; i++) {
         const char *name = next;
+        char whole[64];
         glbk_proc_fn proc;
         next += strlen(next) + 1;
         if (glbk__function_groups[i] != group) continue;
-        if (strcmp(name, "glBarrier") == 0) name = "glMemoryBarrier";
-        if (group == GLBK__GROUP_CLIP && ctx->es) name = "glClipControlEXT";
-        proc = desc->get_proc_fn(name, desc->user);
+        if (strcmp(name, "Barrier") == 0) name = "MemoryBarrier";
+        if (group == GLBK__GROUP_CLIP && ctx->es) name = "ClipControlEXT";
+        whole[0] = 'g';
+        whole[1] = 'l';
+        memcpy(whole + 2, name, strlen(name) + 1);
+        proc = desc->get_proc_fn(whole, desc->user);
         if (!proc) return name;
         memcpy((char *)&ctx->gl + i * sizeof proc, &proc, sizeof proc);
     }
@@ -137,7 +141,7 @@ static glbk_result glbk__init(glbk_context *ctx, const glbk_desc *desc)
     glbk_result result;
 
     missing = glbk__load(ctx, desc, GLBK__GROUP_CORE);
-    if (missing) return glbk__fail(ctx, GLBK_ERR_FUNCTION, "glbk_init: missing: ", missing);
+    if (missing) return glbk__fail(ctx, GLBK_ERR_FUNCTION, "glbk_init: missing: gl", missing);
     version = (const char *)ctx->gl.GetString(GLBK__VERSION_TEXT);
     if (!version) return glbk__fail(ctx, GLBK_ERR_CONTEXT, "glbk_init: ", "no GL context is current");
     result = glbk__take_errors(ctx, GLBK_ERR_PENDING);
@@ -147,7 +151,7 @@ static glbk_result glbk__init(glbk_context *ctx, const glbk_desc *desc)
         return glbk__fail(ctx, GLBK_ERR_OLD_CONTEXT, "glbk_init: this is OpenGL ", version);
     missing = glbk__load(ctx, desc, ctx->es ? GLBK__GROUP_ES : GLBK__GROUP_DESK);
     if (!missing && !ctx->es) missing = glbk__load(ctx, desc, GLBK__GROUP_TARGETS);
-    if (missing) return glbk__fail(ctx, GLBK_ERR_FUNCTION, "glbk_init: missing: ", missing);
+    if (missing) return glbk__fail(ctx, GLBK_ERR_FUNCTION, "glbk_init: missing: gl", missing);
     ctx->renderer = (const char *)ctx->gl.GetString(GLBK__RENDERER);
     if (!ctx->renderer) ctx->renderer = "";
     glbk__read_features(ctx, desc);

@@ -32,7 +32,7 @@ enum {
 #undef GLBK__ENTRY
 };
 
-static const struct { uint32_t name; int group, value; } glbk__caps[] = {
+static const struct { uint16_t name; uint8_t group, value; } glbk__caps[] = {
 #define GLBK__ENTRY(name, gl, group, value) { gl, GLBK__CAP_##group, value },
     GLBK__CAPS(GLBK__ENTRY)
 #undef GLBK__ENTRY
@@ -110,7 +110,7 @@ enum {
     GLBK__W_POLYGON_2
 };
 
-static const uint32_t glbk__word_names[] = {
+static const uint16_t glbk__word_names[] = {
 #define GLBK__ENTRY(name, gl) gl,
     GLBK__WORDS(GLBK__ENTRY)
 #undef GLBK__ENTRY
@@ -133,7 +133,7 @@ static void glbk__save_indexed(glbk_context *ctx, glbk_state *s)
     }
 }
 
-static const uint32_t glbk__image_names[6] = { GLBK__IMAGE_BINDING_NAME,    GLBK__IMAGE_BINDING_LEVEL,
+static const uint16_t glbk__image_names[6] = { GLBK__IMAGE_BINDING_NAME,    GLBK__IMAGE_BINDING_LEVEL,
                                                GLBK__IMAGE_BINDING_LAYERED, GLBK__IMAGE_BINDING_LAYER,
                                                GLBK__IMAGE_BINDING_ACCESS,  GLBK__IMAGE_BINDING_FORMAT };
 

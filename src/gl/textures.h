@@ -30,8 +30,7 @@ enum {
 };
 
 typedef struct glbk__format_info {
-    int32_t  internal;
-    uint32_t format, type, bytes;           /* a texel */
+    uint16_t internal, format, type, bytes;         /* a texel */
 } glbk__format_info;
 
 /* In the order of glbk_format. */

@@ -5,7 +5,7 @@
 // COHSM_LIGHT_TEXEL(i) is texel i of the table of lights, a uvec4, as glbk_csm_light_write writes it
 // (docs/gpu-layouts.md). COHSM_ONE_SHAPE may be defined as the shape of all lights; the code for others is
 // gone then.
-// uses: cohsm_math
+// uses: cohsm_math cohsm_octa
 #ifndef COHSM_LIGHT_TEXEL
 #error "cohsm_light.glsl needs COHSM_LIGHT_TEXEL(i), the uvec4 at texel i of the lights"
 #endif

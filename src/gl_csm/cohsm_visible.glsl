@@ -6,7 +6,7 @@
 //     cohsm_maps maps = cohsm_open(0u);
 //     cohsm_query query = cohsm_ask(COHSM_LIGHT_DIRECTION, COHSM_FILTER_PCF, 1.0);
 //     float lit = cohsm_visible(maps, query, point, direction);
-// uses: cohsm_math cohsm_random cohsm_lookup
+// uses: cohsm_math cohsm_octa cohsm_random cohsm_lookup
 
 #define COHSM_LIGHT_DIRECTION 0     // light is the unit direction to it; maps of directions
 #define COHSM_LIGHT_POSITION 1      // light is a position outside the hulls, in the space of the point

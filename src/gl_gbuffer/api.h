@@ -71,7 +71,7 @@ GLBK__DEF glbk_result glbk__require_gbuffer(const glbk_context *ctx, const char 
 /* These log of a member (".radius") of an element of an array what glbk__refuse and glbk__refuse_value log of
    a field: "FUNCTION: ARRAY[INDEX]MEMBER TEXT". With the index GLBK__NO_INDEX the field is ARRAY MEMBER.
    glbk__name_element writes such a field's name. */
-enum { GLBK__ELEMENT_ROOM = 80 };   /* characters; of longer names the end is cut off */
+enum { GLBK__ELEMENT_ROOM = GLBK__LINE_ROOM };
 #define GLBK__NO_INDEX SIZE_MAX
 GLBK__DEF void glbk__name_element(char out[GLBK__ELEMENT_ROOM], const char *array, size_t index,
                                   const char *member);

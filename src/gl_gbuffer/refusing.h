@@ -40,18 +40,14 @@ GLBK__DEF glbk_result glbk__require_gbuffer(const glbk_context *ctx, const char 
 GLBK__DEF void glbk__name_element(char out[GLBK__ELEMENT_ROOM], const char *array, size_t index,
                                   const char *member)
 {
-    glbk__sink sink = { NULL, GLBK__ELEMENT_ROOM, 0 };
-    char digits[24];
-    size_t at = sizeof digits - 2, number = index;
-
-    memset(out, 0, GLBK__ELEMENT_ROOM);
-    memcpy(digits + at, "]", 2);
-    do digits[--at] = (char)('0' + number % 10);
-    while ((number /= 10) != 0);
-    digits[--at] = '[';
-    sink.out = out;
+    glbk__sink sink;
+    glbk__begin_line(&sink, out);
     glbk__append_text(&sink, array);
-    if (index != GLBK__NO_INDEX) glbk__append_text(&sink, digits + at);
+    if (index != GLBK__NO_INDEX) {
+        glbk__append_text(&sink, "[");
+        glbk__append_number(&sink, index);
+        glbk__append_text(&sink, "]");
+    }
     glbk__append_text(&sink, member);
 }
 

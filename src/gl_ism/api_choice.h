@@ -11,30 +11,26 @@ typedef struct glbk_ism_choice_desc {   /* zero it, then set what you care about
                                            on texels, not between them */
 } glbk_ism_choice_desc;
 
+typedef struct glbk_ism_sheet {         /* numbers that a pass draws and later ones read; zeroed = none */
+    glbk_texture texture;
+    glbk_target  target;                /* of texture */
+} glbk_ism_sheet;
+
 typedef struct glbk_ism_choice {        /* what glbk_ism_choose needs; read only; zeroed = none */
     glbk_ism_choice_desc desc;          /* with its defaults */
-    uint32_t     table;                 /* GL's name of the table of VPLs that is drawn to */
-    glbk_texture boxes[3];              /* of the receivers: 1024, 32, one; two layers have two corners */
-    glbk_texture effects;               /* of all texels on the picture, face above face; R32UI, bits */
-    glbk_texture importances;           /* flux times effect, and flux; RG32UI, bits of floats, as sums */
-    glbk_texture row_sums[GLBK_ISM_SUM_LEVELS];     /* running sums along rows: of each block of 32 texels, of
-                                                       each block of 32 blocks, of all of these */
-    glbk_texture column_sums[GLBK_ISM_SUM_LEVELS];  /* the same of whole rows, one texel wide */
-    glbk_texture drawn;                 /* VPLs, 256 a row: place and area; normal; flux */
-    glbk_target  box_targets[3];        /* of boxes */
-    glbk_target  effect_target;         /* of effects */
-    glbk_target  importance_target;     /* of importances */
-    glbk_target  row_targets[GLBK_ISM_SUM_LEVELS];
-    glbk_target  column_targets[GLBK_ISM_SUM_LEVELS];
-    glbk_target  drawn_target;          /* of drawn */
-    glbk_target  table_target;          /* of the table */
-    glbk_buffer  block;                 /* the uniform block */
-    glbk_program extent[2];             /* draw boxes, the first time and later */
-    glbk_program effect;                /* draws effects */
-    glbk_program weigh;                 /* draws importances */
-    glbk_program scan;                  /* draws running sums */
-    glbk_program choose;                /* draws VPLs */
-    glbk_program edges;                 /* draws the table */
+    uint32_t       table;               /* GL's name of the table of VPLs that is drawn to */
+    glbk_target    table_target;        /* of the table */
+    glbk_ism_sheet boxes[3];            /* of the receivers: 1024, 32, one; two layers have two corners */
+    glbk_ism_sheet effects;             /* of all texels on the picture, face above face; R32UI, bits */
+    glbk_ism_sheet importances;         /* flux times effect, and flux; RG32UI, bits of floats, as sums */
+    glbk_ism_sheet row_sums[GLBK_ISM_SUM_LEVELS];       /* running sums along rows: of each block of 32
+                                                           texels, of each block of 32 blocks, of all of
+                                                           these */
+    glbk_ism_sheet column_sums[GLBK_ISM_SUM_LEVELS];    /* the same of whole rows, one texel wide */
+    glbk_ism_sheet drawn;               /* VPLs, 256 a row: place and area; normal; flux */
+    glbk_buffer    block;               /* the uniform block */
+    glbk_program   programs[7];         /* draw importances, running sums, VPLs and the table, then effects,
+                                           and boxes the first time and later */
 } glbk_ism_choice;
 
 GLBK_DEF glbk_result glbk_ism_choice_create(glbk_context *ctx, const glbk_ism_maps *maps,

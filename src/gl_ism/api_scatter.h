@@ -1,11 +1,6 @@
 #ifndef GLBK_ISM_WITHOUT_CHOICE
 /* ---- surfels scattered on the GPU: with glbk_ism_choose, nothing of a frame comes from the CPU ---- */
 
-typedef struct glbk_ism_sheet {         /* numbers that a pass draws and later ones read; zeroed = none */
-    glbk_texture texture;
-    glbk_target  target;                /* of texture */
-} glbk_ism_sheet;
-
 typedef struct glbk_ism_spread {        /* what glbk_ism_scatter needs; read only; zeroed = none */
     uint32_t table;                     /* GL's name of the table of VPLs of the maps it was made for */
     uint32_t width, height;             /* of the picture that it has room for; 0 = none yet */
@@ -27,7 +22,8 @@ typedef struct glbk_ism_spread {        /* what glbk_ism_scatter needs; read onl
     glbk_ism_sheet counts;              /* surfels of each VPL; R32UI, whole numbers */
     glbk_target    surfel_target;       /* of a layer of the maps' tables of surfels */
     glbk_buffer    block;               /* the uniform block */
-    glbk_program   see, list, measure, gather, weigh, share, run, count, scatter;
+    glbk_program   programs[9];         /* draw sizes, masses, shares, sums, counts and surfels, then seen and
+                                           receivers, then effects */
 } glbk_ism_spread;
 
 GLBK_DEF glbk_result glbk_ism_spread_create(glbk_context *ctx, const glbk_ism_maps *maps,

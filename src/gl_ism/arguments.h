@@ -1,21 +1,18 @@
 /* ---- ism: arguments ---- */
 
-typedef struct glbk__ism_range {    /* a field, its value, and the range of values but 0 */
+typedef struct glbk__ism_range {        /* a field, and the range of its values but 0 */
     const char *field;
-    double      value, low, high;
+    double      low, high;
     const char *wanted;             /* the range in words */
 } glbk__ism_range;
 
-/* Logs the first field that is out of its range. */
+/* Logs the first field that is out of its range; a table of ranges ends with one without a field. */
 static glbk_result glbk__ism_in_range(const glbk_context *ctx, const char *function,
-                                      const glbk__ism_range *ranges, size_t count)
+                                      const glbk__ism_range *r, const double *values)
 {
-    size_t i;
-    for (i = 0; i < count; i++) {
-        const glbk__ism_range *r = &ranges[i];
-        if ((r->value >= r->low && r->value <= r->high) || (r->value >= 0 && r->value <= 0)) continue;
-        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, r->field, r->value, r->wanted);
-    }
+    for (; r->field; r++, values++)
+        if (!(*values >= r->low && *values <= r->high) && !(*values >= 0 && *values <= 0))
+            return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, r->field, *values, r->wanted);
     return GLBK_OK;
 }
 
@@ -25,60 +22,75 @@ static int glbk__ism_power_of_two(uint32_t x) { return (x & (x - 1)) == 0; }
 /* Checks the fields that count here as ism_create does. */
 static glbk_result glbk__ism_check_desc(const glbk_context *ctx, const char *function, const ism_desc *d)
 {
-    const glbk__ism_range ranges[] = {
-        { "desc.vpl_count", (double)d->vpl_count, 1, 16384, "0 or 1..16384" },
-        { "desc.surfel_count", (double)d->surfel_count, 8, 65536, "0 or 8..65536" },
-        { "desc.tile_side", (double)d->tile_side, 8, 256, "0 or a power of two, 8..256" },
-        { "desc.projection", (double)d->projection, 0, ISM_PROJECTION_COUNT - 1,
-          "a value of ism_projection" },
-        { "desc.lazy_frames", (double)d->lazy_frames, 1, 64, "0 or 1..64" },
-        { "desc.splat_scale", (double)d->splat_scale, 0, 16, "0..16" },
-        { "desc.near_point_count", (double)d->near_point_count, -2147483648.0, 64, "64 at most" },
-        { "desc.window_rim", d->window_rim < 0 ? 0.0 : (double)d->window_rim, 2,
-          0.5 * (double)(d->tile_side ? d->tile_side : 64), "negative, 0 or 2..tile_side / 2" }
+    static const glbk__ism_range ranges[] = {
+        { "desc.vpl_count", 1, 16384, "0 or 1..16384" },
+        { "desc.surfel_count", 8, 65536, "0 or 8..65536" },
+        { "desc.tile_side", 8, 256, "0 or a power of two, 8..256" },
+        { "desc.projection", 0, ISM_PROJECTION_COUNT - 1, "a value of ism_projection" },
+        { "desc.lazy_frames", 1, 64, "0 or 1..64" },
+        { "desc.splat_scale", 0, 16, "0..16" },
+        { "desc.near_point_count", -2147483648.0, 64, "64 at most" },
+        { NULL, 0, 0, NULL }
     };
+    const uint32_t side = d->tile_side ? d->tile_side : 64;
+    double values[7];
+    glbk_result result;
     if (!glbk__ism_power_of_two(d->tile_side))
-        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "desc.tile_side", (double)d->tile_side,
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "desc.tile_side", d->tile_side,
                                   "0 or a power of two, 8..256");
-    return glbk__ism_in_range(ctx, function, ranges, sizeof ranges / sizeof ranges[0]);
+    values[0] = d->vpl_count;
+    values[1] = d->surfel_count;
+    values[2] = d->tile_side;
+    values[3] = (double)d->projection;
+    values[4] = d->lazy_frames;
+    values[5] = (double)d->splat_scale;
+    values[6] = d->near_point_count;
+    result = glbk__ism_in_range(ctx, function, ranges, values);
+    if (result != GLBK_OK || d->window_rim <= 0) return result;
+    if (d->window_rim >= 2 && (uint32_t)d->window_rim <= side / 2) return GLBK_OK;
+    return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "desc.window_rim", d->window_rim,
+                              "negative, 0 or 2..tile_side / 2");
 }
 
-/* Returns a desc with defaults in place of zeros, zeros in place of negative numbers that say none, and
-   without its system. */
-static ism_desc glbk__ism_resolved(const ism_desc *desc)
+/* Puts defaults in place of zeros, and zeros in place of negative numbers that say none, and takes the system
+   away. */
+static void glbk__ism_resolve(ism_desc *d)
 {
-    ism_desc d = *desc;
-    memset(&d.system, 0, sizeof d.system);
-    if (!d.vpl_count) d.vpl_count = 1024;
-    if (!d.surfel_count) d.surfel_count = 8192;
-    if (!d.tile_side) d.tile_side = 64;
-    if (d.projection == ISM_PROJECTION_DEFAULT) d.projection = ISM_PROJECTION_COSINE;
-    if (!d.lazy_frames) d.lazy_frames = 8;
-    if (!d.near_point_count) d.near_point_count = 16;
-    if (d.near_point_count < 0) d.near_point_count = 0;
-    if (!d.window_rim) d.window_rim = d.tile_side < 16 ? 2 : (int32_t)(d.tile_side / 8);
-    if (d.window_rim < 0) d.window_rim = 0;
-    if (!(d.splat_scale > 0)) d.splat_scale = 1.0f;
-    return d;
+    memset(&d->system, 0, sizeof d->system);
+    if (!d->vpl_count) d->vpl_count = 1024;
+    if (!d->surfel_count) d->surfel_count = 8192;
+    if (!d->tile_side) d->tile_side = 64;
+    if (d->projection == ISM_PROJECTION_DEFAULT) d->projection = ISM_PROJECTION_COSINE;
+    if (!d->lazy_frames) d->lazy_frames = 8;
+    if (!d->near_point_count) d->near_point_count = 16;
+    if (d->near_point_count < 0) d->near_point_count = 0;
+    if (!d->window_rim) d->window_rim = d->tile_side < 16 ? 2 : (int32_t)(d->tile_side / 8);
+    if (d->window_rim < 0) d->window_rim = 0;
+    if (!(d->splat_scale > 0)) d->splat_scale = 1.0f;
 }
 
 /* Checks a shading as ism_shade does, and writes the shading with its defaults. */
 static glbk_result glbk__ism_check_shading(const glbk_context *ctx, const char *function,
                                            const ism_shading *shading, ism_shading *out)
 {
+    static const glbk__ism_range ranges[] = {
+        { "shading.near_mode", 0, ISM_NEAR_COUNT - 1, "a value of ism_near" },
+        { "shading.bias", -3.5e38, 0.99999999, "below 1" },
+        { "shading.clamp", 0, 3e38, "0 or above 0" },
+        { NULL, 0, 0, NULL }
+    };
+    double values[3];
+    glbk_result result;
     memset(out, 0, sizeof *out);
     if (shading) *out = *shading;
     if (out->interleave > 8 || !glbk__ism_power_of_two(out->interleave))
         return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "shading.interleave", out->interleave,
                                   "0, 1, 2, 4 or 8");
-    if ((unsigned)out->near_mode >= ISM_NEAR_COUNT)
-        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "shading.near_mode", (double)out->near_mode,
-                                  "a value of ism_near");
-    if (!(out->bias < 1))
-        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "shading.bias", (double)out->bias, "below 1");
-    if (!(out->clamp >= 0 && out->clamp < 3e38f))
-        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "shading.clamp", (double)out->clamp,
-                                  "0 or above 0");
+    values[0] = (double)out->near_mode;
+    values[1] = (double)out->bias;
+    values[2] = (double)out->clamp;
+    result = glbk__ism_in_range(ctx, function, ranges, values);
+    if (result != GLBK_OK) return result;
     if (out->visible_fn || out->near_visible_fn)
         return glbk__refuse(ctx, GLBK_ERR_DESC, function,
                             out->visible_fn ? "shading.visible_fn" : "shading.near_visible_fn",
@@ -90,18 +102,18 @@ static glbk_result glbk__ism_check_shading(const glbk_context *ctx, const char *
     return GLBK_OK;
 }
 
-/* Checks that maps were created. */
+/* Checks that there is a context, and that maps were created. */
 static glbk_result glbk__ism_check_maps(const glbk_context *ctx, const char *function, const glbk_ism_maps *m)
 {
-    if (m && m->vpls.name) return GLBK_OK;
+    if (ctx && m && m->vpls.name) return GLBK_OK;
     return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "maps", m ? "were not created" : "is NULL");
 }
 
-/* Checks that a renderer was created. */
+/* Checks that there is a context, and that a renderer was created. */
 static glbk_result glbk__ism_check_renderer(const glbk_context *ctx, const char *function,
                                             const glbk_ism_renderer *r)
 {
-    if (r && r->view.name) return GLBK_OK;
+    if (ctx && r && r->view.name) return GLBK_OK;
     return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "renderer", r ? "was not created" : "is NULL");
 }
 
@@ -131,67 +143,60 @@ typedef struct glbk__ism_element {
     size_t      index;
 } glbk__ism_element;
 
-/* Logs "FUNCTION: LIST[INDEX].FIELD WHAT VALUE; it must be WANTED". component: which number of the field is
-   wrong, or -1 if the field is no vector. */
-static glbk_result glbk__ism_refuse_field(const glbk__ism_element *e, const char *field, int component,
-                                          const char *what, double value, const char *wanted)
+/* Ranges of numbers, and then the vectors that must be 0.97..1.03 long. */
+enum { GLBK__ISM_FINITE, GLBK__ISM_FLUX, GLBK__ISM_EXPONENT, GLBK__ISM_LENGTH, GLBK__ISM_UNIT };
+
+/* A field of an element: its first byte there, how many floats it has, and what they must be. */
+typedef struct glbk__ism_field {
+    char          name[11];
+    unsigned char at, count, kind;
+} glbk__ism_field;
+
+/* Logs of a field (".position") "FUNCTION: LIST[INDEX]FIELD is VALUE; it must be WANTED". component: which
+   number of the field is wrong, or GLBK__NO_INDEX if the field is no vector. */
+static glbk_result glbk__ism_refuse_field(const glbk__ism_element *e, const char *field, size_t component,
+                                          const char *of_field, double value, const char *wanted)
 {
-    glbk_ism__message name, text;
-    name.used = text.used = 0;
-    glbk_ism__message_text(&name, e->list);
-    glbk_ism__message_text(&name, "[");
-    glbk_ism__message_count(&name, e->index);
-    glbk_ism__message_text(&name, "].");
-    glbk_ism__message_text(&name, field);
-    if (component >= 0) {
-        glbk_ism__message_text(&name, "[");
-        glbk_ism__message_count(&name, (uint64_t)component);
-        glbk_ism__message_text(&name, "]");
-    }
-    glbk_ism__message_text(&text, what);
-    glbk_ism__message_text(&text, " ");
-    glbk_ism__message_number(&text, value);
-    glbk_ism__message_text(&text, "; it must be ");
-    glbk_ism__message_text(&text, wanted);
-    return glbk__refuse(e->ctx, GLBK_ERR_INPUT, e->function, name.text, text.text);
+    char member[GLBK__ELEMENT_ROOM];
+    glbk__name_element(member, field, component, of_field);
+    return glbk__refuse_element_value(e->ctx, GLBK_ERR_INPUT, e->function, e->list, e->index, member, value,
+                                      wanted);
 }
 
 /* Returns whether a float is finite. */
 static int glbk__ism_finite(float x) { return x * 0 >= 0 && x * 0 <= 0; }
 
-/* Checks that three floats are finite. */
-static glbk_result glbk__ism_check_finite(const glbk__ism_element *e, const char *field, const float *v)
+/* Checks a field of an element. */
+static glbk_result glbk__ism_check_field(const glbk__ism_element *e, const glbk__ism_field *f,
+                                         const void *element)
 {
-    int k;
-    for (k = 0; k < 3; k++)
-        if (!glbk__ism_finite(v[k])) return glbk__ism_refuse_field(e, field, k, "is", (double)v[k], "finite");
+    static const struct { float low, high; const char *wanted; } ranges[] = {
+        { -3.402823466e38f, 3.402823466e38f, "finite" }, { 0, 1e30f, "0..1e30" }, { 0, 1e5f, "0..1e5" },
+        { 0, 3e38f, "finite and not negative" }
+    };
+    float v[3] = { 0, 0, 0 }, length2;
+    size_t k;
+    memcpy(v, (const char *)element + f->at, 4 * (size_t)f->count);
+    length2 = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+    if (f->kind == GLBK__ISM_UNIT)
+        return glbk_ism__is_unit2(length2)
+                   ? GLBK_OK
+                   : glbk__ism_refuse_field(e, f->name, GLBK__NO_INDEX, "'s length", (double)sqrtf(length2),
+                                            "1 (0.97..1.03)");
+    for (k = 0; k < f->count; k++)
+        if (!(v[k] >= ranges[f->kind].low && v[k] <= ranges[f->kind].high))
+            return glbk__ism_refuse_field(e, f->name, f->count > 1 ? k : GLBK__NO_INDEX, "", (double)v[k],
+                                          ranges[f->kind].wanted);
     return GLBK_OK;
 }
 
-/* Checks that three floats are a flux. */
-static glbk_result glbk__ism_check_flux(const glbk__ism_element *e, const float *v)
+/* Checks fields, the last of which has no floats. */
+static glbk_result glbk__ism_check_fields(const glbk__ism_element *e, const glbk__ism_field *f,
+                                          const void *element)
 {
-    int k;
-    for (k = 0; k < 3; k++)
-        if (!(v[k] >= 0 && v[k] <= 1e30f))
-            return glbk__ism_refuse_field(e, "flux", k, "is", (double)v[k], "0..1e30");
-    return GLBK_OK;
-}
-
-/* Checks that a vector is 0.97..1.03 long. */
-static glbk_result glbk__ism_check_unit(const glbk__ism_element *e, const char *field, const float *v)
-{
-    const float length2 = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
-    if (glbk_ism__is_unit2(length2)) return GLBK_OK;
-    return glbk__ism_refuse_field(e, field, -1, "has the length", (double)sqrtf(length2), "1 (0.97..1.03)");
-}
-
-/* Checks that a number is within 0..most. wanted: that range in words. */
-static glbk_result glbk__ism_check_number(const glbk__ism_element *e, const char *field, float value,
-                                          float most, const char *wanted)
-{
-    if (value >= 0 && value <= most) return GLBK_OK;
-    return glbk__ism_refuse_field(e, field, -1, "is", (double)value, wanted);
+    glbk_result result = GLBK_OK;
+    for (; f->count && result == GLBK_OK; f++) result = glbk__ism_check_field(e, f, element);
+    return result;
 }
 
 /* Returns whether a window leaves something of each side of the tile. */
@@ -205,17 +210,19 @@ static int glbk__ism_window(uint32_t window)
 static glbk_result glbk__ism_check_vpl(const glbk_context *ctx, const ism_vpl *v, size_t i)
 {
     const glbk__ism_element e = { ctx, "glbk_ism_vpls_upload", "vpls", i };
-    glbk_result result = glbk__ism_check_finite(&e, "position", v->position);
-    if (result == GLBK_OK) result = glbk__ism_check_flux(&e, v->flux);
-    if (result == GLBK_OK) result = glbk__ism_check_unit(&e, "normal", v->normal);
-    if (result == GLBK_OK) result = glbk__ism_check_unit(&e, "axis", v->axis);
-    if (result == GLBK_OK) result = glbk__ism_check_number(&e, "exponent", v->exponent, 1e5f, "0..1e5");
-    if (result == GLBK_OK)
-        result = glbk__ism_check_number(&e, "edge", v->edge, 3e38f, "finite and not negative");
-    if (result == GLBK_OK)
-        result = glbk__ism_check_number(&e, "reach", v->reach, 3e38f, "finite and not negative");
+    static const glbk__ism_field fields[] = {
+        { ".position", offsetof(ism_vpl, position), 3, GLBK__ISM_FINITE },
+        { ".flux", offsetof(ism_vpl, flux), 3, GLBK__ISM_FLUX },
+        { ".normal", offsetof(ism_vpl, normal), 3, GLBK__ISM_UNIT },
+        { ".axis", offsetof(ism_vpl, axis), 3, GLBK__ISM_UNIT },
+        { ".exponent", offsetof(ism_vpl, exponent), 1, GLBK__ISM_EXPONENT },
+        { ".edge", offsetof(ism_vpl, edge), 1, GLBK__ISM_LENGTH },
+        { ".reach", offsetof(ism_vpl, reach), 1, GLBK__ISM_LENGTH },
+        { "", 0, 0, 0 }
+    };
+    const glbk_result result = glbk__ism_check_fields(&e, fields, v);
     if (result != GLBK_OK || glbk__ism_window(v->window)) return result;
-    return glbk__ism_refuse_field(&e, "window", -1, "is", (double)v->window,
+    return glbk__ism_refuse_field(&e, ".window", GLBK__NO_INDEX, "", (double)v->window,
                                   "cuts that leave something of each side");
 }
 
@@ -224,26 +231,30 @@ static glbk_result glbk__ism_check_near_point(const glbk_context *ctx, const ism
                                               uint32_t vpl_count)
 {
     const glbk__ism_element e = { ctx, "glbk_ism_near_points_upload", "points", i };
-    glbk_result result = glbk__ism_check_finite(&e, "position", p->position);
-    if (result == GLBK_OK) result = glbk__ism_check_finite(&e, "normal", p->normal);
-    if (result == GLBK_OK) result = glbk__ism_check_flux(&e, p->flux);
-    if (result == GLBK_OK)
-        result = glbk__ism_check_number(&e, "edge", p->edge, 3e38f, "finite and not negative");
-    if (result == GLBK_OK)
-        result = glbk__ism_check_number(&e, "reach", p->reach, 3e38f, "finite and not negative");
+    static const glbk__ism_field fields[] = {
+        { ".position", offsetof(ism_near_point, position), 3, GLBK__ISM_FINITE },
+        { ".normal", offsetof(ism_near_point, normal), 3, GLBK__ISM_FINITE },
+        { ".flux", offsetof(ism_near_point, flux), 3, GLBK__ISM_FLUX },
+        { ".edge", offsetof(ism_near_point, edge), 1, GLBK__ISM_LENGTH },
+        { ".reach", offsetof(ism_near_point, reach), 1, GLBK__ISM_LENGTH },
+        { "", 0, 0, 0 }
+    };
+    const glbk_result result = glbk__ism_check_fields(&e, fields, p);
     if (result != GLBK_OK || (p->vpl >= 0 && p->vpl < (float)vpl_count)) return result;
-    return glbk__ism_refuse_field(&e, "vpl", -1, "is", (double)p->vpl, "the number of an uploaded VPL");
+    return glbk__ism_refuse_field(&e, ".vpl", GLBK__NO_INDEX, "", (double)p->vpl,
+                                  "the number of an uploaded VPL");
 }
 
 /* Logs that a size of lists is another than that of the maps, for which they were made. */
 static glbk_result glbk__ism_refuse_size(const glbk_context *ctx, const char *function, const char *field,
                                          size_t value, size_t wanted)
 {
-    glbk_ism__message text;
-    text.used = 0;
-    glbk_ism__message_count(&text, wanted);
-    glbk_ism__message_text(&text, ", as glbk_ism_maps_create was told: give ism_create the same desc");
-    return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, function, field, (double)value, text.text);
+    char line[GLBK__LINE_ROOM];
+    glbk__sink sink;
+    glbk__begin_line(&sink, line);
+    glbk__append_number(&sink, wanted);
+    glbk__append_text(&sink, ", as glbk_ism_maps_create was told: give ism_create the same desc");
+    return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, function, field, (double)value, line);
 }
 
 /* Checks that lists come from an ism_create with the desc of the maps, and that their sphere can be used. */

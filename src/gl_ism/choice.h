@@ -4,6 +4,9 @@ enum { GLBK__ISM_BLOCK = 32,        /* values that one block of running sums has
        GLBK__ISM_ROW = 256,         /* VPLs in a row of glbk_ism_choice.drawn */
        GLBK__ISM_WIDEST = 32768 };  /* values that three levels of blocks sum up */
 
+enum { GLBK__ISM_WEIGH, GLBK__ISM_SCAN, GLBK__ISM_CHOOSE, GLBK__ISM_EDGES, GLBK__ISM_EFFECT, GLBK__ISM_EXTENT,
+       GLBK__ISM_CHOICE_PROGRAMS = GLBK__ISM_EXTENT + 2 };
+
 /* Returns whether effects on the picture count in the choice, and not flux alone. */
 static uint32_t glbk__ism_by_effect(const ism_desc *d) { return d->importance != ISM_IMPORTANCE_FLUX; }
 
@@ -16,7 +19,15 @@ static uint32_t glbk__ism_source_rows(const glbk_ism_choice_desc *d) { return d-
 static glbk_result glbk__ism_check_choice_desc(const glbk_context *ctx, const char *function,
                                                const glbk_ism_choice_desc *d, const ism_desc *maps)
 {
+    static const glbk__ism_range ranges[] = {
+        { "maps->desc.importance", 0, ISM_IMPORTANCE_COUNT - 1, "a value of ism_importance" },
+        { "maps->desc.view_grid_side", 1, 16, "0 or 1..16" },
+        { "maps->desc.blur_radius", -2147483648.0, 16, "16 at most" },
+        { "maps->desc.flux_share", 0, 1, "0..1" },
+        { NULL, 0, 0, NULL }
+    };
     const uint32_t widest = GLBK__ISM_WIDEST;
+    double values[4];
     const double most = ctx->max_side < widest ? ctx->max_side : widest;
     if (!d->width || !d->height)
         return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, d->width ? "desc.height" : "desc.width", 0,
@@ -26,110 +37,115 @@ static glbk_result glbk__ism_check_choice_desc(const glbk_context *ctx, const ch
     if ((double)d->height * d->face_count > most)
         return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, function, "desc.height times desc.face_count",
                                   (double)d->height * d->face_count, 1, most);
-    if ((unsigned)maps->importance >= ISM_IMPORTANCE_COUNT)
-        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "maps->desc.importance",
-                                  (double)maps->importance, "a value of ism_importance");
-    if (maps->view_grid_side > 16)
-        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "maps->desc.view_grid_side",
-                                  maps->view_grid_side, "0 or 1..16");
-    if (maps->blur_radius > 16)
-        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "maps->desc.blur_radius", maps->blur_radius,
-                                  "16 at most");
-    if (maps->flux_share >= 0 && maps->flux_share <= 1) return GLBK_OK;
-    return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "maps->desc.flux_share", (double)maps->flux_share,
-                              "0..1");
+    values[0] = (double)maps->importance;
+    values[1] = maps->view_grid_side;
+    values[2] = maps->blur_radius;
+    values[3] = (double)maps->flux_share;
+    return glbk__ism_in_range(ctx, function, ranges, values);
+}
+
+static void glbk__ism_make_sheet(glbk__ism_making *k, glbk_format format, uint32_t width, uint32_t height,
+                                 glbk_ism_sheet *out)
+{
+    glbk__ism_make_canvas(k, format, width, height, NULL, &out->texture, &out->target);
+}
+
+static void glbk__ism_free_sheets(glbk_context *ctx, glbk_ism_sheet *sheets, uint32_t count)
+{
+    uint32_t k;
+    for (k = 0; k < count; k++) {
+        glbk_target_free(ctx, &sheets[k].target);
+        glbk_texture_free(ctx, &sheets[k].texture);
+    }
+}
+
+/* Makes programs, whose names stand one after the other, each ended by 0. */
+static void glbk__ism_make_passes(glbk__ism_making *k, const char *names, glbk_program *out)
+{
+    for (; *names; names += strlen(names) + 1) glbk__ism_make_program(k, names, out++);
 }
 
 /* Makes one level of running sums after the other. */
-static glbk_result glbk__ism_create_sums(glbk_context *ctx, uint32_t width, uint32_t height, int columns,
-                                         glbk_texture *textures, glbk_target *targets)
+static void glbk__ism_make_sums(glbk__ism_making *k, uint32_t width, uint32_t height, int columns,
+                                glbk_ism_sheet *sums)
 {
-    glbk_result result = GLBK_OK;
-    uint32_t k;
-    for (k = 0; k < GLBK_ISM_SUM_LEVELS && result == GLBK_OK; k++) {
-        result = glbk__canvas(ctx, GLBK_FORMAT_RG32UI, width, height, NULL, &textures[k], &targets[k]);
+    uint32_t i;
+    for (i = 0; i < GLBK_ISM_SUM_LEVELS; i++) {
+        glbk__ism_make_sheet(k, GLBK_FORMAT_RG32UI, width, height, &sums[i]);
         if (columns) height = glbk__ism_blocks(height);
         else width = glbk__ism_blocks(width);
     }
-    return result;
 }
 
-/* Makes an RGBA32UI texture of some layers, and a target of all of them. */
-static glbk_result glbk__ism_create_layers(glbk_context *ctx, uint32_t width, uint32_t height,
-                                           uint32_t layers, glbk_texture *texture, glbk_target *target)
+/* Makes a texture of some layers, or with 0 without layers. */
+static void glbk__ism_make_layers(glbk__ism_making *k, glbk_format format, uint32_t width, uint32_t height,
+                                  uint32_t layers, glbk_texture *out)
 {
     glbk_texture_desc d;
-    glbk_target_desc t;
-    glbk_result result;
-    uint32_t k;
     memset(&d, 0, sizeof d);
-    memset(&t, 0, sizeof t);
-    d.format = GLBK_FORMAT_RGBA32UI;
+    d.format = format;
     d.width = width;
     d.height = height;
     d.layers = layers;
-    result = glbk_texture_create(ctx, &d, texture);
-    if (result != GLBK_OK) return result;
-    for (k = 0; k < layers; k++) {
-        t.color[k] = texture;
-        t.layer[k] = k;
-    }
-    return glbk__target_create(ctx, &t, target);
+    if (k->result == GLBK_OK) k->result = glbk_texture_create(k->ctx, &d, out);
 }
 
-/* Makes the pictures of VPLs, and the target by which the table of maps is drawn. */
-static glbk_result glbk__ism_create_drawn(glbk_context *ctx, const glbk_ism_maps *m, glbk_ism_choice *c)
+/* Makes a target of `first`, which may be NULL, and then of some layers of a texture. */
+static void glbk__ism_make_target(glbk__ism_making *k, const glbk_texture *first, const glbk_texture *texture,
+                                  uint32_t layers, glbk_target *out)
 {
-    const uint32_t rows = (m->desc.vpl_count + GLBK__ISM_ROW - 1) / GLBK__ISM_ROW;
+    const uint32_t before = first != NULL;
     glbk_target_desc t;
-    const glbk_result result = glbk__ism_create_layers(ctx, GLBK__ISM_ROW, rows, 3, &c->drawn,
-                                                       &c->drawn_target);
-    if (result != GLBK_OK) return result;
+    uint32_t i;
     memset(&t, 0, sizeof t);
-    t.color[0] = &m->vpls;
-    return glbk__target_create(ctx, &t, &c->table_target);
+    t.color[0] = first;
+    for (i = 0; i < layers; i++) {
+        t.color[before + i] = texture;
+        t.layer[before + i] = i;
+    }
+    if (k->result == GLBK_OK) k->result = glbk__target_create(k->ctx, &t, out);
+}
+
+/* Makes pictures of four whole numbers a texel that are drawn together. */
+static void glbk__ism_make_stack(glbk__ism_making *k, uint32_t width, uint32_t height, uint32_t layers,
+                                 glbk_ism_sheet *out)
+{
+    glbk__ism_make_layers(k, GLBK_FORMAT_RGBA32UI, width, height, layers, &out->texture);
+    glbk__ism_make_target(k, NULL, &out->texture, layers, &out->target);
 }
 
 /* Makes what effects on the picture need. By flux alone there is one texel, which nobody reads. */
-static glbk_result glbk__ism_create_effects(glbk_context *ctx, uint32_t by_effect, glbk_ism_choice *c)
+static void glbk__ism_make_effects(glbk__ism_making *k, uint32_t by_effect, glbk_ism_choice *c)
 {
-    const glbk_part *part = glbk_ism_part();
     const uint32_t width = by_effect ? c->desc.width : 1;
     const uint32_t rows = by_effect ? glbk__ism_source_rows(&c->desc) : 1;
-    glbk_result result = glbk__canvas(ctx, GLBK_FORMAT_R32UI, width, rows, NULL, &c->effects,
-                                      &c->effect_target);
-    uint32_t k;
-    if (!by_effect) return result;
-    for (k = 0; k < 3 && result == GLBK_OK; k++)
-        result = glbk__ism_create_layers(ctx, k < 2 ? GLBK__ISM_BLOCK : 1, k < 1 ? GLBK__ISM_BLOCK : 1, 2,
-                                         &c->boxes[k], &c->box_targets[k]);
-    if (result == GLBK_OK)
-        result = glbk__gbuffer_program(ctx, part, "ism_extent.frag", "FROM=0", &c->extent[0]);
-    if (result == GLBK_OK)
-        result = glbk__gbuffer_program(ctx, part, "ism_extent.frag", "FROM=1", &c->extent[1]);
-    if (result != GLBK_OK) return result;
-    return glbk__gbuffer_program(ctx, part, "ism_effect.frag", NULL, &c->effect);
+    uint32_t i;
+    glbk__ism_make_sheet(k, GLBK_FORMAT_R32UI, width, rows, &c->effects);
+    if (!by_effect) return;
+    for (i = 0; i < 3; i++)
+        glbk__ism_make_stack(k, i < 2 ? GLBK__ISM_BLOCK : 1, i < 1 ? GLBK__ISM_BLOCK : 1, 2, &c->boxes[i]);
+    glbk__ism_make_passes(k, "ism_effect.frag\0ism_extent.frag\0", &c->programs[GLBK__ISM_EFFECT]);
+    k->defines = "FROM=1";
+    glbk__ism_make_program(k, "ism_extent.frag", &c->programs[GLBK__ISM_EXTENT + 1]);
+    k->defines = NULL;
 }
 
 static glbk_result glbk__ism_create_choice(glbk_context *ctx, const glbk_ism_maps *m, glbk_ism_choice *c)
 {
-    const glbk_part *part = glbk_ism_part();
     const uint32_t width = c->desc.width, rows = glbk__ism_source_rows(&c->desc);
-    glbk_result result = glbk__canvas(ctx, GLBK_FORMAT_RG32UI, width, rows, NULL, &c->importances,
-                                      &c->importance_target);
-    if (result == GLBK_OK)
-        result = glbk__ism_create_sums(ctx, width, rows, 0, c->row_sums, c->row_targets);
-    if (result == GLBK_OK)
-        result = glbk__ism_create_sums(ctx, 1, rows, 1, c->column_sums, c->column_targets);
-    if (result == GLBK_OK) result = glbk__ism_create_effects(ctx, glbk__ism_by_effect(&m->desc), c);
-    if (result == GLBK_OK) result = glbk__ism_create_drawn(ctx, m, c);
-    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_ism_choosing), NULL, &c->block);
-    if (result == GLBK_OK) result = glbk__program_create(ctx, part, "ism_weigh.frag", NULL, &c->weigh);
-    if (result == GLBK_OK) result = glbk__program_create(ctx, part, "ism_scan.frag", NULL, &c->scan);
-    if (result == GLBK_OK) result = glbk__program_create(ctx, part, "ism_choose.frag", NULL, &c->choose);
-    if (result == GLBK_OK) result = glbk__program_create(ctx, part, "ism_edges.frag", NULL, &c->edges);
+    glbk__ism_making k = glbk__ism_begin_making(ctx);
+    glbk__ism_make_sheet(&k, GLBK_FORMAT_RG32UI, width, rows, &c->importances);
+    glbk__ism_make_sums(&k, width, rows, 0, c->row_sums);
+    glbk__ism_make_sums(&k, 1, rows, 1, c->column_sums);
+    glbk__ism_make_effects(&k, glbk__ism_by_effect(&m->desc), c);
+    glbk__ism_make_stack(&k, GLBK__ISM_ROW, (m->desc.vpl_count + GLBK__ISM_ROW - 1) / GLBK__ISM_ROW, 3,
+                         &c->drawn);
+    glbk__ism_make_target(&k, NULL, &m->vpls, 1, &c->table_target);
+    glbk__ism_make_block(&k, sizeof(glbk_ism_choosing), &c->block);
+    glbk__ism_make_passes(&k, "ism_weigh.frag\0ism_scan.frag\0ism_choose.frag\0ism_edges.frag\0",
+                          c->programs);
     c->table = m->vpls.name;
-    return result;
+    return k.result;
 }
 
 GLBK_DEF glbk_result glbk_ism_choice_create(glbk_context *ctx, const glbk_ism_maps *m,
@@ -137,10 +153,8 @@ GLBK_DEF glbk_result glbk_ism_choice_create(glbk_context *ctx, const glbk_ism_ma
 {
     glbk_ism_choice_desc d;
     glbk_result result;
-    if (!ctx) return GLBK_ERR_ARGUMENT;
-    if (!out) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "out", "is NULL");
-    memset(out, 0, sizeof *out);
-    result = glbk__ism_check_maps(ctx, __func__, m);
+    result = glbk__enter_create(ctx, __func__, out, sizeof *out);
+    if (result == GLBK_OK) result = glbk__ism_check_maps(ctx, __func__, m);
     if (result == GLBK_OK) result = glbk__require(ctx, __func__, "desc", desc);
     if (result != GLBK_OK) return result;
     d = *desc;
@@ -171,31 +185,28 @@ static void glbk__ism_weighing_of(const glbk_ism_choice *c, const ism_desc *maps
     b->flux_factor = (float)(share / (1.0 - 0.999 * share));
 }
 
-/* Returns the values of the block that all passes of a frame have in common. The random numbers are those of
+/* Sets the values of the block that all passes of a frame have in common. The random numbers are those of
    ism_choose. */
-static glbk_ism_choosing glbk__ism_choosing_of(const glbk_ism_choice *c, const ism_desc *maps,
-                                               const glbk_gbuffer *seen, uint32_t index)
+static void glbk__ism_set_choosing(const glbk_ism_choice *c, const ism_desc *maps, const glbk_gbuffer *seen,
+                                   uint32_t index, glbk_ism_choosing *b)
 {
     const uint32_t key = maps->unstable ? glbk_ism__hash_combine(maps->seed, index) : maps->seed;
-    glbk_ism_choosing b;
-    memset(&b, 0, sizeof b);
-    if (seen && seen->has_clip) memcpy(b.world_to_clip, seen->world_to_clip, sizeof b.world_to_clip);
-    b.width = c->desc.width;
-    b.face_height = c->desc.height;
-    b.vpl_count = maps->vpl_count;
-    b.inter_texel = !maps->no_inter_texel && !c->desc.scattered;
-    if (maps->unstable) b.shift = glbk_ism__to_unit(glbk_ism__hash_combine(key, 11));
-    b.shift_bits = glbk_ism__hash_combine(key, 12);
-    b.seed = key;
-    b.by_effect = glbk__ism_by_effect(maps);
-    if (b.by_effect) glbk__ism_weighing_of(c, maps, seen, &b);
-    return b;
+    memset(b, 0, sizeof *b);
+    if (seen && seen->has_clip) memcpy(b->world_to_clip, seen->world_to_clip, sizeof b->world_to_clip);
+    b->width = c->desc.width;
+    b->face_height = c->desc.height;
+    b->vpl_count = maps->vpl_count;
+    b->inter_texel = !maps->no_inter_texel && !c->desc.scattered;
+    if (maps->unstable) b->shift = glbk_ism__to_unit(glbk_ism__hash_combine(key, 11));
+    b->shift_bits = glbk_ism__hash_combine(key, 12);
+    b->seed = key;
+    b->by_effect = glbk__ism_by_effect(maps);
+    if (b->by_effect) glbk__ism_weighing_of(c, maps, seen, b);
 }
 
 /* Draws a pass over a whole target by a program that reads what is bound after it has begun. */
-static glbk_result glbk__ism_begin_choice(glbk_context *ctx, const glbk_ism_choice *c,
-                                          const glbk_target *target, glbk_program *program,
-                                          const glbk_ism_choosing *block)
+static glbk_result glbk__ism_begin_choice(glbk_context *ctx, glbk_ism_choice *c, const glbk_target *target,
+                                          int program, const glbk_ism_choosing *block)
 {
     glbk_pass pass;
     glbk_result result;
@@ -203,9 +214,9 @@ static glbk_result glbk__ism_begin_choice(glbk_context *ctx, const glbk_ism_choi
     pass.target = target;
     if (target == &c->table_target) {       /* the rows that hold VPLs */
         pass.viewport[2] = 4 * GLBK__ISM_ROW;
-        pass.viewport[3] = (int32_t)c->drawn.height;
+        pass.viewport[3] = (int32_t)c->drawn.texture.height;
     }
-    result = glbk_begin(ctx, &pass, program);
+    result = glbk_begin(ctx, &pass, &c->programs[program]);
     if (result != GLBK_OK) return result;
     return glbk__put_block(ctx, GLBK_SLOT_glbk_ism_choosing, &c->block, block);
 }
@@ -214,8 +225,7 @@ static glbk_result glbk__ism_begin_choice(glbk_context *ctx, const glbk_ism_choi
 static glbk_result glbk__ism_scan(glbk_context *ctx, glbk_ism_choice *c, glbk_ism_choosing *b,
                                   const glbk_texture *from, uint32_t count, int columns)
 {
-    const glbk_texture *sums = columns ? c->column_sums : c->row_sums;
-    const glbk_target *targets = columns ? c->column_targets : c->row_targets;
+    const glbk_ism_sheet *sums = columns ? c->column_sums : c->row_sums;
     glbk_result result = GLBK_OK;
     uint32_t k;
     b->columns = columns != 0;
@@ -223,14 +233,14 @@ static glbk_result glbk__ism_scan(glbk_context *ctx, glbk_ism_choice *c, glbk_is
     b->value_count = count;
     b->first_column = columns ? from->width - 1 : 0;    /* where rows have their totals */
     for (k = 0; k < GLBK_ISM_SUM_LEVELS && result == GLBK_OK; k++) {
-        result = glbk__ism_begin_choice(ctx, c, &targets[k], &c->scan, b);
+        result = glbk__ism_begin_choice(ctx, c, &sums[k].target, GLBK__ISM_SCAN, b);
         if (result != GLBK_OK) return result;
         glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_summed, from);
         glbk_draw_screen(ctx);
         if (k) b->value_count = glbk__ism_blocks(b->value_count);
         b->pace = GLBK__ISM_BLOCK;
         b->first_column = 0;
-        from = &sums[k];
+        from = &sums[k].texture;
     }
     return result;
 }
@@ -242,16 +252,16 @@ static glbk_result glbk__ism_draw_effects(glbk_context *ctx, glbk_ism_choice *c,
     glbk_result result;
     uint32_t k;
     for (k = 0; k < 3; k++) {
-        result = glbk__ism_begin_choice(ctx, c, &c->box_targets[k], &c->extent[k > 0], b);
+        result = glbk__ism_begin_choice(ctx, c, &c->boxes[k].target, GLBK__ISM_EXTENT + (k > 0), b);
         if (result != GLBK_OK) return result;
-        if (k) glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_box, &c->boxes[k - 1]);
+        if (k) glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_box, &c->boxes[k - 1].texture);
         else (void)glbk_gbuffer_bind(ctx, seen, NULL);      /* The caller has checked it. */
         glbk_draw_screen(ctx);
     }
-    result = glbk__ism_begin_choice(ctx, c, &c->effect_target, &c->effect, b);
+    result = glbk__ism_begin_choice(ctx, c, &c->effects.target, GLBK__ISM_EFFECT, b);
     if (result != GLBK_OK) return result;
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_texels, texels);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_box, &c->boxes[2]);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_box, &c->boxes[2].texture);
     (void)glbk_gbuffer_bind(ctx, seen, NULL);
     glbk_draw_screen(ctx);
     return GLBK_OK;
@@ -261,19 +271,19 @@ static glbk_result glbk__ism_draw_effects(glbk_context *ctx, glbk_ism_choice *c,
 static glbk_result glbk__ism_draw_choice(glbk_context *ctx, glbk_ism_choice *c, const glbk_texture *texels,
                                          const glbk_ism_choosing *b)
 {
-    glbk_result result = glbk__ism_begin_choice(ctx, c, &c->drawn_target, &c->choose, b);
+    glbk_result result = glbk__ism_begin_choice(ctx, c, &c->drawn.target, GLBK__ISM_CHOOSE, b);
     uint32_t k;
     if (result != GLBK_OK) return result;
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_texels, texels);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_importances, &c->importances);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_importances, &c->importances.texture);
     for (k = 0; k < GLBK_ISM_SUM_LEVELS; k++) {
-        glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_row_sums0 + k, &c->row_sums[k]);
-        glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_column_sums0 + k, &c->column_sums[k]);
+        glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_row_sums0 + k, &c->row_sums[k].texture);
+        glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_column_sums0 + k, &c->column_sums[k].texture);
     }
     glbk_draw_screen(ctx);
-    result = glbk__ism_begin_choice(ctx, c, &c->table_target, &c->edges, b);
+    result = glbk__ism_begin_choice(ctx, c, &c->table_target, GLBK__ISM_EDGES, b);
     if (result != GLBK_OK) return result;
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_drawn, &c->drawn);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_drawn, &c->drawn.texture);
     glbk_draw_screen(ctx);
     return GLBK_OK;
 }
@@ -283,7 +293,7 @@ static glbk_result glbk__ism_check_choose(const glbk_context *ctx, const char *f
                                           const glbk_ism_choice *c, const glbk_ism_maps *m,
                                           const glbk_texture *texels)
 {
-    glbk_result result = glbk__require_created(ctx, function, "choice", c ? &c->drawn.name : NULL);
+    glbk_result result = glbk__require_created(ctx, function, "choice", c ? &c->block.name : NULL);
     if (result == GLBK_OK) result = glbk__ism_check_maps(ctx, function, m);
     if (result == GLBK_OK)
         result = glbk__require_created(ctx, function, "texels", texels ? &texels->name : NULL);
@@ -308,24 +318,22 @@ GLBK_DEF glbk_result glbk_ism_choose(glbk_context *ctx, glbk_ism_choice *c, glbk
                                      const glbk_texture *texels, const glbk_gbuffer *seen, uint32_t index)
 {
     glbk_ism_choosing b;
-    glbk_result result;
-    if (!ctx) return GLBK_ERR_ARGUMENT;
-    result = glbk__ism_check_choose(ctx, __func__, c, m, texels);
+    glbk_result result = glbk__ism_check_choose(ctx, __func__, c, m, texels);
     if (result != GLBK_OK) return result;
     if (glbk__ism_by_effect(&m->desc))
         result = glbk__require_created(ctx, __func__, "seen", seen ? &seen->colors.name : NULL);
     if (result != GLBK_OK) return result;
-    b = glbk__ism_choosing_of(c, &m->desc, seen, index);
+    glbk__ism_set_choosing(c, &m->desc, seen, index, &b);
     if (b.by_effect) result = glbk__ism_draw_effects(ctx, c, texels, seen, &b);
     if (result != GLBK_OK) return result;
-    result = glbk__ism_begin_choice(ctx, c, &c->importance_target, &c->weigh, &b);
+    result = glbk__ism_begin_choice(ctx, c, &c->importances.target, GLBK__ISM_WEIGH, &b);
     if (result != GLBK_OK) return result;
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_texels, texels);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_effects, &c->effects);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_effects, &c->effects.texture);
     glbk_draw_screen(ctx);
-    result = glbk__ism_scan(ctx, c, &b, &c->importances, c->desc.width, 0);
+    result = glbk__ism_scan(ctx, c, &b, &c->importances.texture, c->desc.width, 0);
     if (result == GLBK_OK)
-        result = glbk__ism_scan(ctx, c, &b, &c->row_sums[GLBK_ISM_SUM_LEVELS - 1],
+        result = glbk__ism_scan(ctx, c, &b, &c->row_sums[GLBK_ISM_SUM_LEVELS - 1].texture,
                                 glbk__ism_source_rows(&c->desc), 1);
     if (result == GLBK_OK) result = glbk__ism_draw_choice(ctx, c, texels, &b);
     if (result != GLBK_OK) return result;
@@ -339,30 +347,14 @@ GLBK_DEF void glbk_ism_choice_free(glbk_context *ctx, glbk_ism_choice *c)
 {
     uint32_t k;
     if (!c) return;
-    for (k = 0; k < GLBK_ISM_SUM_LEVELS; k++) {
-        glbk_target_free(ctx, &c->row_targets[k]);
-        glbk_target_free(ctx, &c->column_targets[k]);
-        glbk_texture_free(ctx, &c->row_sums[k]);
-        glbk_texture_free(ctx, &c->column_sums[k]);
-    }
-    for (k = 0; k < 3; k++) {
-        glbk_target_free(ctx, &c->box_targets[k]);
-        glbk_texture_free(ctx, &c->boxes[k]);
-    }
-    glbk_target_free(ctx, &c->effect_target);
-    glbk_texture_free(ctx, &c->effects);
-    glbk_program_free(ctx, &c->extent[0]);
-    glbk_program_free(ctx, &c->extent[1]);
-    glbk_program_free(ctx, &c->effect);
-    glbk_target_free(ctx, &c->importance_target);
-    glbk_target_free(ctx, &c->drawn_target);
+    for (k = 0; k < GLBK__ISM_CHOICE_PROGRAMS; k++) glbk_program_free(ctx, &c->programs[k]);
+    glbk__ism_free_sheets(ctx, c->boxes, 3);
+    glbk__ism_free_sheets(ctx, &c->effects, 1);
+    glbk__ism_free_sheets(ctx, &c->importances, 1);
+    glbk__ism_free_sheets(ctx, c->row_sums, GLBK_ISM_SUM_LEVELS);
+    glbk__ism_free_sheets(ctx, c->column_sums, GLBK_ISM_SUM_LEVELS);
+    glbk__ism_free_sheets(ctx, &c->drawn, 1);
     glbk_target_free(ctx, &c->table_target);
-    glbk_texture_free(ctx, &c->importances);
-    glbk_texture_free(ctx, &c->drawn);
     glbk_buffer_free(ctx, &c->block);
-    glbk_program_free(ctx, &c->weigh);
-    glbk_program_free(ctx, &c->scan);
-    glbk_program_free(ctx, &c->choose);
-    glbk_program_free(ctx, &c->edges);
     memset(c, 0, sizeof *c);
 }

@@ -118,22 +118,21 @@ static glbk_result glbk__ism_fill(glbk_context *ctx, glbk_ism_maps *m)
 static glbk_result glbk__ism_check_phases(const glbk_context *ctx, const char *function,
                                           const glbk_ism_maps *m)
 {
-    glbk_ism__message name;
+    char line[GLBK__LINE_ROOM];
+    glbk__sink sink;
     uint32_t phase = 0;
     while (phase < m->desc.lazy_frames && (m->phases >> phase & 1)) phase++;
     if (phase == m->desc.lazy_frames) return GLBK_OK;
-    name.used = 0;
-    glbk_ism__message_text(&name, "the surfels of phase ");
-    glbk_ism__message_count(&name, phase);
-    return glbk__refuse(ctx, GLBK_ERR_ORDER, function, name.text,
+    glbk__begin_line(&sink, line);
+    glbk__append_text(&sink, "the surfels of phase ");
+    glbk__append_number(&sink, phase);
+    return glbk__refuse(ctx, GLBK_ERR_ORDER, function, line,
                         "were not given since the mesh has its triangles: glbk_ism_surfels_upload");
 }
 
 GLBK_DEF glbk_result glbk_ism_draw(glbk_context *ctx, glbk_ism_maps *m, uint32_t surfels_per_pass)
 {
-    glbk_result result;
-    if (!ctx) return GLBK_ERR_ARGUMENT;
-    result = glbk__ism_check_maps(ctx, __func__, m);
+    glbk_result result = glbk__ism_check_maps(ctx, __func__, m);
     if (result == GLBK_OK && m->triangle_count) result = glbk__ism_check_phases(ctx, __func__, m);
     if (result == GLBK_OK) result = glbk__ism_splat(ctx, m, surfels_per_pass);
     if (result == GLBK_OK) result = glbk__ism_fill(ctx, m);

@@ -1,59 +1,93 @@
 /* ---- ism: maps ---- */
 
-/* Makes the pictures that both paths draw to: the planes of surfels, and the atlas. */
-static glbk_result glbk__ism_create_canvases(glbk_context *ctx, glbk_ism_maps *m)
+/* Makes objects one after the other. After the first error no more are made. */
+typedef struct glbk__ism_making {
+    glbk_context *ctx;
+    glbk_result   result;           /* of all that were made so far */
+    const char   *defines;          /* of programs; NULL = none */
+} glbk__ism_making;
+
+static glbk__ism_making glbk__ism_begin_making(glbk_context *ctx)
 {
-    const glbk_texture *depth = NULL;
+    glbk__ism_making k;
+    k.ctx = ctx;
+    k.result = GLBK_OK;
+    k.defines = NULL;
+    return k;
+}
+
+/* Makes a program, which may read a G-buffer. */
+static void glbk__ism_make_program(glbk__ism_making *k, const char *name, glbk_program *out)
+{
+    if (k->result == GLBK_OK)
+        k->result = glbk__gbuffer_program(k->ctx, glbk_ism_part(), name, k->defines, out);
+}
+
+/* Makes a picture of a format and its target. */
+static void glbk__ism_make_canvas(glbk__ism_making *k, glbk_format format, uint32_t width, uint32_t height,
+                                  const glbk_texture *depth, glbk_texture *texture, glbk_target *target)
+{
+    if (k->result == GLBK_OK)
+        k->result = glbk__canvas(k->ctx, format, width, height, depth, texture, target);
+}
+
+static void glbk__ism_make_table(glbk__ism_making *k, glbk_format format, const void *texels, size_t count,
+                                 glbk_texture *out)
+{
+    if (k->result == GLBK_OK) k->result = glbk__table_create(k->ctx, format, texels, count, out);
+}
+
+static void glbk__ism_make_block(glbk__ism_making *k, size_t bytes, glbk_buffer *out)
+{
+    if (k->result == GLBK_OK) k->result = glbk_buffer_create(k->ctx, bytes, NULL, out);
+}
+
+/* Makes the pictures that both paths draw to: the planes of surfels, and the atlas. */
+static void glbk__ism_make_canvases(glbk__ism_making *k, glbk_ism_maps *m)
+{
     glbk_texture_desc d;
-    glbk_result result = GLBK_OK;
     memset(&d, 0, sizeof d);
     d.format = GLBK_FORMAT_DEPTH32F;
     d.width = d.height = m->side;
-    if (!m->compute) {
-        result = glbk_texture_create(ctx, &d, &m->depth);
-        depth = &m->depth;
-    }
-    if (result == GLBK_OK)
-        result = glbk__canvas(ctx, GLBK_FORMAT_COLOR, m->side, m->side, depth, &m->planes, &m->plane_target);
-    if (result != GLBK_OK) return result;
-    return glbk__canvas(ctx, GLBK_FORMAT_R32UI, m->side, m->side, NULL, &m->atlas, &m->atlas_target);
+    if (!m->compute && k->result == GLBK_OK) k->result = glbk_texture_create(k->ctx, &d, &m->depth);
+    glbk__ism_make_canvas(k, GLBK_FORMAT_COLOR, m->side, m->side, m->compute ? NULL : &m->depth, &m->planes,
+                          &m->plane_target);
+    glbk__ism_make_canvas(k, GLBK_FORMAT_R32UI, m->side, m->side, NULL, &m->atlas, &m->atlas_target);
 }
 
 /* Makes pictures and programs that take the core path from surfels to the atlas: kept texels, levels of pull,
    push. */
-static glbk_result glbk__ism_create_fill(glbk_context *ctx, glbk_ism_maps *m, const char *projection)
+static void glbk__ism_make_fill(glbk__ism_making *k, glbk_ism_maps *m)
 {
+    const char *projection = k->defines;
     char defines[] = "ISM_LEVEL=1";
     const uint32_t side = m->side;
-    glbk_result result = glbk__canvas(ctx, GLBK_FORMAT_R8UI, side, side, NULL, &m->kept, &m->kept_target);
     uint32_t i;
-    if (result == GLBK_OK)
-        result = glbk__program_create(ctx, glbk_ism_part(), "ism_holes.frag", projection, &m->holes);
-    for (i = 0; i < GLBK_ISM_LEVELS && result == GLBK_OK; i++) {
-        result = glbk__canvas(ctx, GLBK_FORMAT_R32UI, side >> (i + 1), side >> (i + 1), NULL, &m->pull[i],
-                              &m->pull_target[i]);
+    glbk__ism_make_canvas(k, GLBK_FORMAT_R8UI, side, side, NULL, &m->kept, &m->kept_target);
+    glbk__ism_make_program(k, "ism_holes.frag", &m->holes);
+    glbk__ism_make_program(k, "ism_push.frag", &m->push);
+    k->defines = defines;
+    for (i = 0; i < GLBK_ISM_LEVELS; i++) {
+        const uint32_t coarse = side >> (i + 1);
+        glbk__ism_make_canvas(k, GLBK_FORMAT_R32UI, coarse, coarse, NULL, &m->pull[i], &m->pull_target[i]);
         defines[10] = (char)('1' + (int)i);
-        if (result == GLBK_OK)
-            result = glbk__program_create(ctx, glbk_ism_part(), "ism_pull.frag", defines,
-                                          &m->pull_program[i]);
+        glbk__ism_make_program(k, "ism_pull.frag", &m->pull_program[i]);
     }
-    if (result != GLBK_OK) return result;
-    return glbk__program_create(ctx, glbk_ism_part(), "ism_push.frag", projection, &m->push);
+    k->defines = projection;
 }
 
 /* Compiles all programs that maps need. */
-static glbk_result glbk__ism_create_programs(glbk_context *ctx, glbk_ism_maps *m)
+static void glbk__ism_make_programs(glbk__ism_making *k, glbk_ism_maps *m)
 {
     char defines[] = "ISM_PROJECTION=1 ISM_QUADS=0";
-    glbk_result result;
-    m->quads = !m->compute && ctx->max_point_side < (float)m->desc.tile_side;
+    m->quads = !m->compute && k->ctx->max_point_side < (float)m->desc.tile_side;
     defines[15] = (char)('0' + (int)m->desc.projection);
     defines[27] = m->quads ? '1' : '0';
-    result = glbk__program_create(ctx, glbk_ism_part(),
-                                  m->compute ? "ism_splat.comp" : "ism_splat.frag", defines, &m->splat);
-    if (result != GLBK_OK) return result;
-    if (!m->compute) return glbk__ism_create_fill(ctx, m, defines);
-    return glbk__program_create(ctx, glbk_ism_part(), "ism_fill.comp", defines, &m->fill);
+    k->defines = defines;
+    glbk__ism_make_program(k, m->compute ? "ism_splat.comp" : "ism_splat.frag", &m->splat);
+    if (m->compute) glbk__ism_make_program(k, "ism_fill.comp", &m->fill);
+    else glbk__ism_make_fill(k, m);
+    k->defines = NULL;
 }
 
 /* Returns how many levels pull and push have. The coarsest has at least two cells a side of a tile. */
@@ -105,16 +139,14 @@ static glbk_result glbk__ism_write_frame(glbk_context *ctx, const glbk_ism_maps 
 /* Makes the tables of surfels. By compute there is one, since a dispatch reads all phases. On the core path
    each phase has its own: a phase is written while the frame before may still be drawn, and drivers then copy
    the whole texture. */
-static glbk_result glbk__ism_create_surfels(glbk_context *ctx, glbk_ism_maps *m)
+static void glbk__ism_make_surfels(glbk__ism_making *k, glbk_ism_maps *m)
 {
     const size_t count = (size_t)m->desc.vpl_count * m->phase_surfel_count;
     const uint32_t phases = m->desc.lazy_frames;
-    glbk_result result = GLBK_OK;
     uint32_t i;
-    if (m->compute) return glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, count * phases, &m->surfels);
-    for (i = 0; i < phases && result == GLBK_OK; i++)
-        result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, count, &m->phase_surfels[i]);
-    return result;
+    if (m->compute) glbk__ism_make_table(k, GLBK_FORMAT_RGBA32UI, NULL, count * phases, &m->surfels);
+    for (i = 0; i < phases && !m->compute; i++)
+        glbk__ism_make_table(k, GLBK_FORMAT_RGBA32UI, NULL, count, &m->phase_surfels[i]);
 }
 
 /* Decides how large the atlas is and how many surfels a phase has. Returns GLBK_ERR_LIMIT if the atlas is too
@@ -136,35 +168,28 @@ static glbk_result glbk__ism_lay_out(const glbk_context *ctx, const char *functi
 static glbk_result glbk__ism_create_all(glbk_context *ctx, glbk_ism_maps *m)
 {
     static const uint32_t nothing[4] = { 0, 0, 0, 0 };
-    const size_t vpls = m->desc.vpl_count;
-    glbk_result result = glbk__ism_create_surfels(ctx, m);
-    if (result == GLBK_OK)
-        result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL,
-                                    glbk__ism_vpl_texels(m) + glbk__ism_spheres(m) +
-                                       3 * vpls * (size_t)m->desc.near_point_count, &m->vpls);
-    if (result == GLBK_OK)
-        result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, nothing, 1, &m->triangle_table);
-    if (result == GLBK_OK) result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32F, nothing, 1, &m->positions);
-    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_ism_frame), NULL, &m->frame);
-    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_ism_view), NULL, &m->view);
-    if (result == GLBK_OK) result = glbk__ism_create_canvases(ctx, m);
-    if (result == GLBK_OK) result = glbk__ism_create_programs(ctx, m);
-    return result == GLBK_OK ? glbk__leave_created(ctx, glbk__ism_write_frame(ctx, m)) : result;
+    const size_t vpls = m->desc.vpl_count, near_points = 3 * vpls * (size_t)m->desc.near_point_count;
+    const size_t texels = glbk__ism_vpl_texels(m) + glbk__ism_spheres(m) + near_points;
+    glbk__ism_making k = glbk__ism_begin_making(ctx);
+    glbk__ism_make_surfels(&k, m);
+    glbk__ism_make_table(&k, GLBK_FORMAT_RGBA32UI, NULL, texels, &m->vpls);
+    glbk__ism_make_table(&k, GLBK_FORMAT_RGBA32UI, nothing, 1, &m->triangle_table);
+    glbk__ism_make_table(&k, GLBK_FORMAT_RGBA32F, nothing, 1, &m->positions);
+    glbk__ism_make_block(&k, sizeof(glbk_ism_frame), &m->frame);
+    glbk__ism_make_block(&k, sizeof(glbk_ism_view), &m->view);
+    glbk__ism_make_canvases(&k, m);
+    glbk__ism_make_programs(&k, m);
+    return k.result == GLBK_OK ? glbk__leave_created(ctx, glbk__ism_write_frame(ctx, m)) : k.result;
 }
 
 GLBK_DEF glbk_result glbk_ism_maps_create(glbk_context *ctx, const ism_desc *desc, glbk_ism_maps *out)
 {
-    ism_desc given;
-    glbk_result result;
-    if (!ctx) return GLBK_ERR_ARGUMENT;
-    if (!out) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "out", "is NULL");
-    memset(out, 0, sizeof *out);
-    memset(&given, 0, sizeof given);
-    if (desc) given = *desc;
-    result = glbk__ism_check_desc(ctx, __func__, &given);
+    glbk_result result = glbk__enter_create(ctx, __func__, out, sizeof *out);
     if (result != GLBK_OK) return result;
-    out->desc = glbk__ism_resolved(&given);
-    result = glbk__ism_lay_out(ctx, __func__, out);
+    if (desc) out->desc = *desc;
+    result = glbk__ism_check_desc(ctx, __func__, &out->desc);
+    glbk__ism_resolve(&out->desc);
+    if (result == GLBK_OK) result = glbk__ism_lay_out(ctx, __func__, out);
     if (result == GLBK_OK) result = glbk__ism_create_all(ctx, out);
     if (result != GLBK_OK) glbk_ism_maps_free(ctx, out);
     return result;

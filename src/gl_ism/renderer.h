@@ -26,9 +26,7 @@ GLBK_DEF glbk_result glbk_ism_bind(glbk_context *ctx, const glbk_ism_maps *m, co
 {
     ism_shading s;
     glbk_ism_view view;
-    glbk_result result;
-    if (!ctx) return GLBK_ERR_ARGUMENT;
-    result = glbk__ism_check_maps(ctx, __func__, m);
+    glbk_result result = glbk__ism_check_maps(ctx, __func__, m);
     if (result == GLBK_OK) result = glbk__ism_check_shading(ctx, __func__, shading, &s);
     if (result != GLBK_OK) return result;
     view = glbk__ism_view_of(&s);
@@ -40,29 +38,25 @@ GLBK_DEF glbk_result glbk_ism_bind(glbk_context *ctx, const glbk_ism_maps *m, co
 GLBK_DEF glbk_result glbk_ism_renderer_create(glbk_context *ctx, const glbk_ism_renderer_desc *d,
                                               glbk_ism_renderer *out)
 {
-    const char *blur;
+    glbk__ism_making k;
     glbk_result result;
-    if (!ctx) return GLBK_ERR_ARGUMENT;
-    if (!out) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "out", "is NULL");
-    memset(out, 0, sizeof *out);
-    result = glbk__require(ctx, __func__, "desc", d);
+    result = glbk__enter_create(ctx, __func__, out, sizeof *out);
+    if (result == GLBK_OK) result = glbk__require(ctx, __func__, "desc", d);
     if (result == GLBK_OK) result = glbk__require_side(ctx, __func__, "desc.width", d->width);
     if (result == GLBK_OK) result = glbk__require_side(ctx, __func__, "desc.height", d->height);
     if (result != GLBK_OK) return result;
     out->width = d->width;
     out->height = d->height;
-    result = glbk__canvas(ctx, GLBK_FORMAT_COLOR, d->width, d->height, NULL, &out->light, &out->light_target);
-    if (result == GLBK_OK)
-        result = glbk__canvas(ctx, GLBK_FORMAT_COLOR, d->width, d->height, NULL, &out->result,
-                              &out->result_target);
-    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_ism_view), NULL, &out->view);
     out->compute = ctx->compute;
-    blur = out->compute ? "ism_blur.comp" : "ism_blur.frag";
-    if (result == GLBK_OK) result = glbk__gbuffer_program(ctx, glbk_ism_part(), blur, NULL, &out->blur);
-    if (result == GLBK_OK)
-        result = glbk__gbuffer_program(ctx, glbk_ism_part(), "ism_resolve.frag", NULL, &out->resolve);
-    if (result != GLBK_OK) glbk_ism_renderer_free(ctx, out);
-    return result;
+    k = glbk__ism_begin_making(ctx);
+    glbk__ism_make_canvas(&k, GLBK_FORMAT_COLOR, d->width, d->height, NULL, &out->light, &out->light_target);
+    glbk__ism_make_canvas(&k, GLBK_FORMAT_COLOR, d->width, d->height, NULL, &out->result,
+                          &out->result_target);
+    glbk__ism_make_block(&k, sizeof(glbk_ism_view), &out->view);
+    glbk__ism_make_program(&k, out->compute ? "ism_blur.comp" : "ism_blur.frag", &out->blur);
+    glbk__ism_make_program(&k, "ism_resolve.frag", &out->resolve);
+    if (k.result != GLBK_OK) glbk_ism_renderer_free(ctx, out);
+    return k.result;
 }
 
 GLBK_DEF void glbk_ism_renderer_free(glbk_context *ctx, glbk_ism_renderer *r)
@@ -159,9 +153,7 @@ GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *r, con
 {
     glbk__ism_job job;
     ism_shading s;
-    glbk_result result;
-    if (!ctx) return GLBK_ERR_ARGUMENT;
-    result = glbk__ism_check_gbuffer(ctx, __func__, r, g);
+    glbk_result result = glbk__ism_check_gbuffer(ctx, __func__, r, g);
     if (result == GLBK_OK) result = glbk__ism_check_maps(ctx, __func__, m);
     if (result == GLBK_OK) result = glbk__ism_check_shading(ctx, __func__, shading, &s);
     if (result != GLBK_OK) return result;
@@ -183,11 +175,9 @@ GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *r, con
 GLBK_DEF glbk_result glbk_ism_resolve(glbk_context *ctx, glbk_ism_renderer *r, const glbk_gbuffer *g,
                                       const glbk_pass *pass, const glbk_picture *picture)
 {
-    glbk_result result;
-    if (!ctx) return GLBK_ERR_ARGUMENT;
-    result = glbk__ism_check_gbuffer(ctx, __func__, r, g);
+    glbk_result result = glbk__ism_check_gbuffer(ctx, __func__, r, g);
+    if (result == GLBK_OK) result = glbk__require(ctx, __func__, "pass", pass);
     if (result != GLBK_OK) return result;
-    if (!pass) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "pass", "is NULL");
     result = glbk__begin_picture(ctx, __func__, pass, picture, r->width, r->height, &r->resolve);
     if (result != GLBK_OK) return result;
     (void)glbk_gbuffer_bind(ctx, g, NULL);
@@ -198,10 +188,8 @@ GLBK_DEF glbk_result glbk_ism_resolve(glbk_context *ctx, glbk_ism_renderer *r, c
 
 GLBK_DEF glbk_result glbk_ism_read(glbk_context *ctx, const glbk_ism_renderer *r, float *rgba)
 {
-    glbk_result result;
-    if (!ctx) return GLBK_ERR_ARGUMENT;
-    result = glbk__ism_check_renderer(ctx, __func__, r);
+    glbk_result result = glbk__ism_check_renderer(ctx, __func__, r);
+    if (result == GLBK_OK) result = glbk__require(ctx, __func__, "rgba", rgba);
     if (result != GLBK_OK) return result;
-    if (!rgba) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "rgba", "is NULL");
     return glbk_target_read(ctx, &r->result_target, 0, 0, 0, r->width, r->height, rgba);
 }

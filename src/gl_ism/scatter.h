@@ -4,45 +4,26 @@ enum { GLBK__ISM_CLUSTERS = 32768,          /* the most clusters that there are,
        GLBK__ISM_BATCH = 1 << 21,           /* shares that are computed at a time, about */
        GLBK__ISM_LAYER = 1 << 20 };         /* texels of a layer of a table */
 
-/* Makes a sheet of `rows` sequences of `count` numbers, as ism_fold.glsl has them. */
-static glbk_result glbk__ism_create_sheet(glbk_context *ctx, glbk_format format, uint32_t count,
-                                          uint32_t rows, glbk_ism_sheet *out)
-{
-    const uint32_t width = count < 1024 ? count : 1024, height = (count + 1023) / 1024 * rows;
-    return glbk__canvas(ctx, format, width, height, NULL, &out->texture, &out->target);
-}
+enum { GLBK__ISM_MEASURE, GLBK__ISM_GATHER, GLBK__ISM_SHARE, GLBK__ISM_RUN, GLBK__ISM_COUNT,
+       GLBK__ISM_SCATTER, GLBK__ISM_SEE, GLBK__ISM_LIST, GLBK__ISM_PAIRS, GLBK__ISM_SPREAD_PROGRAMS };
 
-static void glbk__ism_free_sheets(glbk_context *ctx, glbk_ism_sheet *sheets, uint32_t count)
+/* Makes a sheet of `rows` sequences of `count` numbers, as ism_fold.glsl has them. */
+static void glbk__ism_make_fold(glbk__ism_making *k, glbk_format format, uint32_t count, uint32_t rows,
+                                glbk_ism_sheet *out)
 {
-    uint32_t k;
-    for (k = 0; k < count; k++) {
-        glbk_target_free(ctx, &sheets[k].target);
-        glbk_texture_free(ctx, &sheets[k].texture);
-    }
+    glbk__ism_make_sheet(k, format, count < 1024 ? count : 1024, (count + 1023) / 1024 * rows, out);
 }
 
 /* Makes sums of sequences: with `running`, of every number of a block of 32, else of blocks alone. */
-static glbk_result glbk__ism_create_levels(glbk_context *ctx, uint32_t count, uint32_t rows, int running,
-                                           glbk_ism_sheet *sheets, uint32_t levels)
+static void glbk__ism_make_levels(glbk__ism_making *k, uint32_t count, uint32_t rows, int running,
+                                  glbk_ism_sheet *sheets, uint32_t levels)
 {
     const glbk_format format = running ? GLBK_FORMAT_R32UI : GLBK_FORMAT_RG32UI;
-    glbk_result result = GLBK_OK;
-    uint32_t k;
-    for (k = 0; k < levels && result == GLBK_OK; k++) {
-        if (k || !running) count = glbk__ism_blocks(count);
-        result = glbk__ism_create_sheet(ctx, format, count, rows, &sheets[k]);
+    uint32_t i;
+    for (i = 0; i < levels; i++) {
+        if (i || !running) count = glbk__ism_blocks(count);
+        glbk__ism_make_fold(k, format, count, rows, &sheets[i]);
     }
-    return result;
-}
-
-/* Makes a target of the tables of surfels, whose layer each pass chooses. */
-static glbk_result glbk__ism_create_surfel_target(glbk_context *ctx, const glbk_ism_maps *m,
-                                                  glbk_ism_spread *s)
-{
-    glbk_target_desc t;
-    memset(&t, 0, sizeof t);
-    t.color[0] = m->compute ? &m->surfels : m->phase_surfels;
-    return glbk__target_create(ctx, &t, &s->surfel_target);
 }
 
 /* Returns from how many receivers triangles are looked at; 0: surfels are spread by area. */
@@ -59,44 +40,39 @@ static int glbk__ism_by_pair(const ism_desc *d)
 
 static glbk_result glbk__ism_create_spread(glbk_context *ctx, const glbk_ism_maps *m, glbk_ism_spread *s)
 {
-    const glbk_part *part = glbk_ism_part();
     char defines[] = "ISM_PROJECTION=1";
-    glbk_result result = glbk__ism_create_surfel_target(ctx, m, s);
+    glbk__ism_making k = glbk__ism_begin_making(ctx);
     defines[15] = (char)('0' + (int)m->desc.projection);
-    if (result == GLBK_OK)
-        result = glbk__ism_create_sheet(ctx, GLBK_FORMAT_R32UI, m->desc.vpl_count, 1, &s->counts);
-    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_ism_scattering), NULL, &s->block);
-    if (result == GLBK_OK && glbk__ism_views(&m->desc)) {
-        result = glbk__gbuffer_program(ctx, part, "ism_seen.frag", NULL, &s->see);
-        if (result == GLBK_OK)
-            result = glbk__gbuffer_program(ctx, part, "ism_receivers.frag", NULL, &s->list);
-    }
-    if (result == GLBK_OK) result = glbk__program_create(ctx, part, "ism_sizes.frag", NULL, &s->measure);
-    if (result == GLBK_OK) result = glbk__program_create(ctx, part, "ism_clusters.frag", NULL, &s->gather);
-    if (result == GLBK_OK && glbk__ism_by_pair(&m->desc))
-        result = glbk__program_create(ctx, part, "ism_pairs.frag", defines, &s->weigh);
-    if (result == GLBK_OK) result = glbk__program_create(ctx, part, "ism_shares.frag", NULL, &s->share);
-    if (result == GLBK_OK) result = glbk__program_create(ctx, part, "ism_run.frag", NULL, &s->run);
-    if (result == GLBK_OK) result = glbk__program_create(ctx, part, "ism_counts.frag", defines, &s->count);
-    if (result == GLBK_OK) result = glbk__program_create(ctx, part, "ism_points.frag", NULL, &s->scatter);
+    k.defines = defines;
+    /* Each pass chooses the layer. */
+    glbk__ism_make_target(&k, NULL, m->compute ? &m->surfels : m->phase_surfels, 1, &s->surfel_target);
+    glbk__ism_make_fold(&k, GLBK_FORMAT_R32UI, m->desc.vpl_count, 1, &s->counts);
+    glbk__ism_make_block(&k, sizeof(glbk_ism_scattering), &s->block);
+    glbk__ism_make_passes(&k, "ism_sizes.frag\0ism_clusters.frag\0ism_shares.frag\0ism_run.frag\0"
+                          "ism_counts.frag\0ism_points.frag\0", s->programs);
+    if (glbk__ism_views(&m->desc))
+        glbk__ism_make_passes(&k, "ism_seen.frag\0ism_receivers.frag\0", &s->programs[GLBK__ISM_SEE]);
+    if (glbk__ism_by_pair(&m->desc))
+        glbk__ism_make_program(&k, "ism_pairs.frag", &s->programs[GLBK__ISM_PAIRS]);
     s->table = m->vpls.name;
-    return result;
+    return k.result;
 }
 
 GLBK_DEF glbk_result glbk_ism_spread_create(glbk_context *ctx, const glbk_ism_maps *m, glbk_ism_spread *out)
 {
-    glbk_result result;
-    if (!ctx) return GLBK_ERR_ARGUMENT;
-    if (!out) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "out", "is NULL");
-    memset(out, 0, sizeof *out);
-    result = glbk__ism_check_maps(ctx, __func__, m);
+    static const glbk__ism_range ranges[] = {
+        { "maps->desc.spread", 0, ISM_SPREAD_COUNT - 1, "a value of ism_spread" },
+        { "maps->desc.area_share", 0, 1, "0..1" },
+        { NULL, 0, 0, NULL }
+    };
+    double values[2];
+    glbk_result result = glbk__enter_create(ctx, __func__, out, sizeof *out);
+    if (result == GLBK_OK) result = glbk__ism_check_maps(ctx, __func__, m);
     if (result != GLBK_OK) return result;
-    if ((unsigned)m->desc.spread >= ISM_SPREAD_COUNT)
-        return glbk__refuse_value(ctx, GLBK_ERR_DESC, __func__, "maps->desc.spread", (double)m->desc.spread,
-                                  "a value of ism_spread");
-    if (!(m->desc.area_share >= 0 && m->desc.area_share <= 1))
-        return glbk__refuse_value(ctx, GLBK_ERR_DESC, __func__, "maps->desc.area_share",
-                                  (double)m->desc.area_share, "0..1");
+    values[0] = (double)m->desc.spread;
+    values[1] = (double)m->desc.area_share;
+    result = glbk__ism_in_range(ctx, __func__, ranges, values);
+    if (result != GLBK_OK) return result;
     result = glbk__ism_create_spread(ctx, m, out);
     if (result != GLBK_OK) glbk_ism_spread_free(ctx, out);
     return result;
@@ -115,19 +91,18 @@ static glbk_result glbk__ism_hold_view(glbk_context *ctx, glbk_ism_spread *s, co
 {
     const double pixels = (double)seen->width * seen->height;
     const uint32_t count = (uint32_t)pixels;
-    glbk_result result;
+    glbk__ism_making k = glbk__ism_begin_making(ctx);
     if (s->width == seen->width && s->height == seen->height) return GLBK_OK;
     glbk__ism_free_view(ctx, s);
     if (pixels > 16777216)
         return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, "glbk_ism_scatter", "the pixels of seen", pixels, 1,
                                   16777216);
-    result = glbk__ism_create_sheet(ctx, GLBK_FORMAT_R32UI, count, 1, &s->seen);
-    if (result == GLBK_OK) result = glbk__ism_create_levels(ctx, count, 1, 1, s->seen_sums, 5);
-    if (result == GLBK_OK)
-        result = glbk__ism_create_sheet(ctx, GLBK_FORMAT_RGBA32UI, count, 1, &s->receivers);
-    if (result != GLBK_OK) {
+    glbk__ism_make_fold(&k, GLBK_FORMAT_R32UI, count, 1, &s->seen);
+    glbk__ism_make_levels(&k, count, 1, 1, s->seen_sums, 5);
+    glbk__ism_make_fold(&k, GLBK_FORMAT_RGBA32UI, count, 1, &s->receivers);
+    if (k.result != GLBK_OK) {
         glbk__ism_free_view(ctx, s);
-        return result;
+        return k.result;
     }
     s->width = seen->width;
     s->height = seen->height;
@@ -148,195 +123,189 @@ static void glbk__ism_free_triangles(glbk_context *ctx, glbk_ism_spread *s)
 }
 
 /* Makes the pictures of clusters and the target that draws them together. */
-static glbk_result glbk__ism_create_clusters(glbk_context *ctx, glbk_ism_spread *s)
+static void glbk__ism_make_clusters(glbk__ism_making *k, glbk_ism_spread *s)
 {
     const uint32_t count = s->cluster_count;
-    glbk_texture_desc d;
-    glbk_target_desc t;
-    glbk_result result;
-    uint32_t k;
-    memset(&d, 0, sizeof d);
-    memset(&t, 0, sizeof t);
-    d.format = GLBK_FORMAT_RG32UI;
-    d.width = count < 1024 ? count : 1024;
-    d.height = (count + 1023) / 1024;
-    result = glbk_texture_create(ctx, &d, &s->masses.texture);
-    d.format = GLBK_FORMAT_RGBA32UI;
-    d.layers = 3;
-    if (result == GLBK_OK) result = glbk_texture_create(ctx, &d, &s->clusters);
-    if (result != GLBK_OK) return result;
-    t.color[0] = &s->masses.texture;
-    for (k = 0; k < 3; k++) {
-        t.color[k + 1] = &s->clusters;
-        t.layer[k + 1] = k;
-    }
-    return glbk__target_create(ctx, &t, &s->masses.target);
+    const uint32_t width = count < 1024 ? count : 1024, height = (count + 1023) / 1024;
+    glbk__ism_make_layers(k, GLBK_FORMAT_RG32UI, width, height, 0, &s->masses.texture);
+    glbk__ism_make_layers(k, GLBK_FORMAT_RGBA32UI, width, height, 3, &s->clusters);
+    glbk__ism_make_target(k, &s->masses.texture, &s->clusters, 3, &s->masses.target);
 }
 
 /* Makes what holds the shares of a batch of VPLs; without pairs of VPL and cluster all VPLs have the same. */
-static glbk_result glbk__ism_create_shares(glbk_context *ctx, const glbk_ism_maps *m, glbk_ism_spread *s)
+static void glbk__ism_make_shares(glbk__ism_making *k, const glbk_ism_maps *m, glbk_ism_spread *s)
 {
     const int pair = glbk__ism_by_pair(&m->desc);
     const uint32_t count = s->cluster_count, height = (count + 1023) / 1024, most = 2048 / height;
     uint32_t batch = (uint32_t)GLBK__ISM_BATCH / count, rows;
-    glbk_result result = GLBK_OK;
     if (batch > most) batch = most;
     if (batch > m->desc.vpl_count) batch = m->desc.vpl_count;
     rows = pair ? batch : 1;
     s->batch = pair ? batch : m->desc.vpl_count;
     if (pair) {
-        result = glbk__ism_create_sheet(ctx, GLBK_FORMAT_R32UI, count, rows, &s->effects);
-        if (result == GLBK_OK) result = glbk__ism_create_levels(ctx, count, rows, 0, s->effect_totals, 3);
+        glbk__ism_make_fold(k, GLBK_FORMAT_R32UI, count, rows, &s->effects);
+        glbk__ism_make_levels(k, count, rows, 0, s->effect_totals, 3);
     }
-    if (result == GLBK_OK) result = glbk__ism_create_sheet(ctx, GLBK_FORMAT_R32UI, count, rows, &s->shares);
-    return result == GLBK_OK ? glbk__ism_create_levels(ctx, count, rows, 1, s->share_sums, 3) : result;
+    glbk__ism_make_fold(k, GLBK_FORMAT_R32UI, count, rows, &s->shares);
+    glbk__ism_make_levels(k, count, rows, 1, s->share_sums, 3);
 }
 
 /* Makes room for the triangles of a mesh, if it has not as many as the last one. */
 static glbk_result glbk__ism_hold_triangles(glbk_context *ctx, const glbk_ism_maps *m, glbk_ism_spread *s)
 {
     const uint32_t count = m->triangle_count;
-    glbk_result result;
+    glbk__ism_making k = glbk__ism_begin_making(ctx);
     if (s->triangle_count == count) return GLBK_OK;
     glbk__ism_free_triangles(ctx, s);
     s->triangles_per_cluster = count / (uint32_t)GLBK__ISM_CLUSTERS + 1;
     s->cluster_count = (count + s->triangles_per_cluster - 1) / s->triangles_per_cluster;
-    result = glbk__ism_create_sheet(ctx, GLBK_FORMAT_RG32UI, count, 1, &s->sizes);
-    if (result == GLBK_OK) result = glbk__ism_create_clusters(ctx, s);
-    if (result == GLBK_OK) result = glbk__ism_create_levels(ctx, s->cluster_count, 1, 0, s->totals, 3);
-    if (result == GLBK_OK) result = glbk__ism_create_shares(ctx, m, s);
-    if (result == GLBK_OK) s->triangle_count = count;
+    glbk__ism_make_fold(&k, GLBK_FORMAT_RG32UI, count, 1, &s->sizes);
+    glbk__ism_make_clusters(&k, s);
+    glbk__ism_make_levels(&k, s->cluster_count, 1, 0, s->totals, 3);
+    glbk__ism_make_shares(&k, m, s);
+    if (k.result == GLBK_OK) s->triangle_count = count;
     else glbk__ism_free_triangles(ctx, s);
-    return result;
+    return k.result;
 }
 
-/* Begins a pass over a whole target by a program that reads what is bound next. */
-static glbk_result glbk__ism_begin_spread(glbk_context *ctx, const glbk_ism_spread *s,
-                                          const glbk_target *target, glbk_program *program,
-                                          const glbk_ism_scattering *b)
+/* What a frame is scattered with. After the first error nothing is drawn. */
+typedef struct glbk__ism_spreading {
+    glbk_context       *ctx;
+    glbk_ism_maps      *maps;
+    glbk_ism_spread    *spread;
+    glbk_ism_scattering block;      /* the values of the uniform block */
+    glbk_result         result;     /* of all passes so far */
+} glbk__ism_spreading;
+
+/* Begins a pass that draws a sheet by a program, which reads what is bound next. */
+static void glbk__ism_begin_sheet(glbk__ism_spreading *j, const glbk_ism_sheet *sheet, int program)
 {
     glbk_pass pass;
-    glbk_result result;
     memset(&pass, 0, sizeof pass);
-    pass.target = target;
-    result = glbk_begin(ctx, &pass, program);
-    return result == GLBK_OK ? glbk__put_block(ctx, GLBK_SLOT_glbk_ism_scattering, &s->block, b) : result;
+    pass.target = &sheet->target;
+    if (j->result == GLBK_OK) j->result = glbk_begin(j->ctx, &pass, &j->spread->programs[program]);
+    if (j->result == GLBK_OK)
+        j->result = glbk__put_block(j->ctx, GLBK_SLOT_glbk_ism_scattering, &j->spread->block, &j->block);
+}
+
+static void glbk__ism_finish_sheet(const glbk__ism_spreading *j)
+{
+    if (j->result == GLBK_OK) glbk_draw_screen(j->ctx);
+}
+
+static void glbk__ism_bind_sheet(const glbk__ism_spreading *j, uint32_t slot, const glbk_ism_sheet *sheet)
+{
+    glbk_bind_texture(j->ctx, slot, &sheet->texture);
+}
+
+/* Binds successive levels of sums to successive slots. */
+static void glbk__ism_bind_sums(const glbk__ism_spreading *j, uint32_t slot, const glbk_ism_sheet *sums,
+                                uint32_t count)
+{
+    uint32_t k;
+    for (k = 0; k < count; k++) glbk__ism_bind_sheet(j, slot + k, &sums[k]);
 }
 
 /* Sums up sequences of `count` values, level by level: running sums, or only those of blocks. */
-static glbk_result glbk__ism_sum(glbk_context *ctx, glbk_ism_spread *s, glbk_ism_scattering *b,
-                                 const glbk_texture *values, uint32_t count, int running,
-                                 const glbk_ism_sheet *sums, uint32_t levels)
+static void glbk__ism_sum(glbk__ism_spreading *j, const glbk_ism_sheet *values, uint32_t count, int running,
+                          const glbk_ism_sheet *sums, uint32_t levels)
 {
-    glbk_result result = GLBK_OK;
+    glbk_ism_scattering *b = &j->block;
     uint32_t k;
     b->value_count = count;
     b->pace = running != 0;
-    for (k = 0; k < levels && result == GLBK_OK; k++) {
-        result = glbk__ism_begin_spread(ctx, s, &sums[k].target, &s->run, b);
-        if (result != GLBK_OK) return result;
-        glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_values, values);
-        glbk_draw_screen(ctx);
-        values = &sums[k].texture;
+    for (k = 0; k < levels; k++) {
+        glbk__ism_begin_sheet(j, &sums[k], GLBK__ISM_RUN);
+        glbk__ism_bind_sheet(j, GLBK_SLOT_glbk_ism_values, values);
+        glbk__ism_finish_sheet(j);
+        values = &sums[k];
         if (k || !running) b->value_count = glbk__ism_blocks(b->value_count);
         if (running) b->pace = 32;
     }
-    return result;
 }
 
-/* Lists the receivers of the picture. */
-static glbk_result glbk__ism_list_receivers(glbk_context *ctx, glbk_ism_spread *s, const glbk_gbuffer *seen,
-                                            glbk_ism_scattering *b)
+/* Lists the receivers of the picture, whose G-buffer the caller has checked. */
+static void glbk__ism_list_receivers(glbk__ism_spreading *j, const glbk_gbuffer *seen)
 {
-    glbk_result result = glbk__ism_begin_spread(ctx, s, &s->seen.target, &s->see, b);
-    uint32_t k;
-    if (result != GLBK_OK) return result;
-    (void)glbk_gbuffer_bind(ctx, seen, NULL);       /* The caller has checked it. */
-    glbk_draw_screen(ctx);
-    result = glbk__ism_sum(ctx, s, b, &s->seen.texture, seen->width * seen->height, 1, s->seen_sums, 5);
-    if (result == GLBK_OK) result = glbk__ism_begin_spread(ctx, s, &s->receivers.target, &s->list, b);
-    if (result != GLBK_OK) return result;
-    (void)glbk_gbuffer_bind(ctx, seen, NULL);
-    for (k = 0; k < 4; k++)
-        glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_runs0 + k, &s->seen_sums[k].texture);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_runs4, &s->seen_sums[4].texture);
-    glbk_draw_screen(ctx);
-    return GLBK_OK;
+    glbk_ism_spread *s = j->spread;
+    glbk__ism_begin_sheet(j, &s->seen, GLBK__ISM_SEE);
+    (void)glbk_gbuffer_bind(j->ctx, seen, NULL);
+    glbk__ism_finish_sheet(j);
+    glbk__ism_sum(j, &s->seen, seen->width * seen->height, 1, s->seen_sums, 5);
+    glbk__ism_begin_sheet(j, &s->receivers, GLBK__ISM_LIST);
+    (void)glbk_gbuffer_bind(j->ctx, seen, NULL);
+    glbk__ism_bind_sums(j, GLBK_SLOT_glbk_ism_runs0, s->seen_sums, 4);
+    glbk__ism_bind_sheet(j, GLBK_SLOT_glbk_ism_runs4, &s->seen_sums[4]);
+    glbk__ism_finish_sheet(j);
 }
 
 /* Measures triangles, and clusters of them. */
-static glbk_result glbk__ism_measure(glbk_context *ctx, const glbk_ism_maps *m, glbk_ism_spread *s,
-                                     glbk_ism_scattering *b)
+static void glbk__ism_measure(glbk__ism_spreading *j)
 {
-    glbk_result result = glbk__ism_begin_spread(ctx, s, &s->sizes.target, &s->measure, b);
-    if (result != GLBK_OK) return result;
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_triangles, &m->triangle_table);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_positions, &m->positions);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_receivers, &s->receivers.texture);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_runs4, &s->seen_sums[4].texture);
-    glbk_draw_screen(ctx);
-    result = glbk__ism_begin_spread(ctx, s, &s->masses.target, &s->gather, b);
-    if (result != GLBK_OK) return result;
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_triangles, &m->triangle_table);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_positions, &m->positions);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_sizes, &s->sizes.texture);
-    glbk_draw_screen(ctx);
-    return glbk__ism_sum(ctx, s, b, &s->masses.texture, s->cluster_count, 0, s->totals, 3);
+    glbk_ism_spread *s = j->spread;
+    glbk__ism_begin_sheet(j, &s->sizes, GLBK__ISM_MEASURE);
+    glbk_bind_texture(j->ctx, GLBK_SLOT_glbk_ism_triangles, &j->maps->triangle_table);
+    glbk_bind_texture(j->ctx, GLBK_SLOT_glbk_ism_positions, &j->maps->positions);
+    glbk__ism_bind_sheet(j, GLBK_SLOT_glbk_ism_receivers, &s->receivers);
+    glbk__ism_bind_sheet(j, GLBK_SLOT_glbk_ism_runs4, &s->seen_sums[4]);
+    glbk__ism_finish_sheet(j);
+    glbk__ism_begin_sheet(j, &s->masses, GLBK__ISM_GATHER);     /* reads triangles and positions, too */
+    glbk__ism_bind_sheet(j, GLBK_SLOT_glbk_ism_sizes, &s->sizes);
+    glbk__ism_finish_sheet(j);
+    glbk__ism_sum(j, &s->masses, s->cluster_count, 0, s->totals, 3);
 }
 
 /* Draws the effects of clusters on the VPLs of a batch, and their sums. */
-static glbk_result glbk__ism_weigh_pairs(glbk_context *ctx, const glbk_ism_maps *m, glbk_ism_spread *s,
-                                         glbk_ism_scattering *b)
+static void glbk__ism_weigh_pairs(glbk__ism_spreading *j)
 {
-    const glbk_result result = glbk__ism_begin_spread(ctx, s, &s->effects.target, &s->weigh, b);
-    if (result != GLBK_OK) return result;
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_vpls, &m->vpls);
-    glbk_bind_block(ctx, GLBK_SLOT_glbk_ism_frame, &m->frame);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_masses, &s->masses.texture);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_clusters, &s->clusters);
-    glbk_draw_screen(ctx);
-    return glbk__ism_sum(ctx, s, b, &s->effects.texture, s->cluster_count, 0, s->effect_totals, 3);
+    glbk_ism_spread *s = j->spread;
+    glbk__ism_begin_sheet(j, &s->effects, GLBK__ISM_PAIRS);
+    glbk_bind_texture(j->ctx, GLBK_SLOT_glbk_ism_vpls, &j->maps->vpls);
+    glbk_bind_block(j->ctx, GLBK_SLOT_glbk_ism_frame, &j->maps->frame);
+    glbk__ism_bind_sheet(j, GLBK_SLOT_glbk_ism_masses, &s->masses);
+    glbk_bind_texture(j->ctx, GLBK_SLOT_glbk_ism_clusters, &s->clusters);
+    glbk__ism_finish_sheet(j);
+    glbk__ism_sum(j, &s->effects, s->cluster_count, 0, s->effect_totals, 3);
 }
 
 /* Draws the shares that clusters have of the surfels of a batch, and their running sums. */
-static glbk_result glbk__ism_share(glbk_context *ctx, const glbk_ism_maps *m, glbk_ism_spread *s,
-                                   glbk_ism_scattering *b)
+static void glbk__ism_share(glbk__ism_spreading *j)
 {
-    glbk_result result = b->pair ? glbk__ism_weigh_pairs(ctx, m, s, b) : GLBK_OK;
-    if (result == GLBK_OK) result = glbk__ism_begin_spread(ctx, s, &s->shares.target, &s->share, b);
-    if (result != GLBK_OK) return result;
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_masses, &s->masses.texture);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_totals, &s->totals[2].texture);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_values, &s->effects.texture);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_effect_totals, &s->effect_totals[2].texture);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_runs4, &s->seen_sums[4].texture);
-    glbk_draw_screen(ctx);
-    return glbk__ism_sum(ctx, s, b, &s->shares.texture, s->cluster_count, 1, s->share_sums, 3);
+    glbk_ism_spread *s = j->spread;
+    if (j->block.pair) glbk__ism_weigh_pairs(j);
+    glbk__ism_begin_sheet(j, &s->shares, GLBK__ISM_SHARE);
+    glbk__ism_bind_sheet(j, GLBK_SLOT_glbk_ism_masses, &s->masses);
+    glbk__ism_bind_sheet(j, GLBK_SLOT_glbk_ism_totals, &s->totals[2]);
+    glbk__ism_bind_sheet(j, GLBK_SLOT_glbk_ism_values, &s->effects);
+    glbk__ism_bind_sheet(j, GLBK_SLOT_glbk_ism_effect_totals, &s->effect_totals[2]);
+    glbk__ism_bind_sheet(j, GLBK_SLOT_glbk_ism_runs4, &s->seen_sums[4]);
+    glbk__ism_finish_sheet(j);
+    glbk__ism_sum(j, &s->shares, s->cluster_count, 1, s->share_sums, 3);
 }
 
 /* Binds what surfels are drawn from. */
-static void glbk__ism_bind_shares(glbk_context *ctx, const glbk_ism_spread *s)
+static void glbk__ism_bind_shares(const glbk__ism_spreading *j)
 {
-    uint32_t k;
-    for (k = 0; k < 3; k++)
-        glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_runs0 + k, &s->share_sums[k].texture);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_shares, &s->shares.texture);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_totals, &s->totals[2].texture);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_counts, &s->counts.texture);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_masses, &s->masses.texture);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_sizes, &s->sizes.texture);
+    const glbk_ism_spread *s = j->spread;
+    glbk__ism_bind_sums(j, GLBK_SLOT_glbk_ism_runs0, s->share_sums, 3);
+    glbk__ism_bind_sheet(j, GLBK_SLOT_glbk_ism_shares, &s->shares);
+    glbk__ism_bind_sheet(j, GLBK_SLOT_glbk_ism_totals, &s->totals[2]);
+    glbk__ism_bind_sheet(j, GLBK_SLOT_glbk_ism_counts, &s->counts);
+    glbk__ism_bind_sheet(j, GLBK_SLOT_glbk_ism_masses, &s->masses);
+    glbk__ism_bind_sheet(j, GLBK_SLOT_glbk_ism_sizes, &s->sizes);
 }
 
 /* Draws the surfels of a phase and of a batch of VPLs, into the rows of the table's layers that hold them. */
-static glbk_result glbk__ism_draw_surfels(glbk_context *ctx, const glbk_ism_maps *m, glbk_ism_spread *s,
-                                          glbk_ism_scattering *b, uint32_t phase)
+static void glbk__ism_draw_surfels(glbk__ism_spreading *j, uint32_t phase)
 {
+    const glbk_ism_maps *m = j->maps;
+    glbk_ism_spread *s = j->spread;
+    glbk_ism_scattering *b = &j->block;
     const uint32_t layer_size = GLBK__ISM_LAYER, each = m->phase_surfel_count;
     const uint32_t base = m->compute ? phase * each * m->desc.vpl_count : 0;
     const uint32_t begin = base + b->first_vpl * each, end = begin + b->batch * each;
     const glbk_texture *table = m->compute ? &m->surfels : &m->phase_surfels[phase];
     glbk_pass pass;
-    glbk_result result;
     uint32_t layer;
     memset(&pass, 0, sizeof pass);
     pass.target = &s->surfel_target;
@@ -348,62 +317,58 @@ static glbk_result glbk__ism_draw_surfels(glbk_context *ctx, const glbk_ism_maps
         pass.viewport[3] = (int32_t)((high + 1023) / 1024 - low / 1024);
         b->phase = phase;
         b->first_texel = start - base;
-        result = glbk_begin(ctx, &pass, &s->scatter);
-        if (result == GLBK_OK)
-            result = glbk__put_block(ctx, GLBK_SLOT_glbk_ism_scattering, &s->block, b);
-        if (result != GLBK_OK) return result;
-        ctx->gl.FramebufferTextureLayer(GLBK_GL_DRAW_FRAMEBUFFER, GLBK_GL_COLOR_ATTACHMENT0, table->name, 0,
-                                        (int32_t)layer);
-        glbk__ism_bind_shares(ctx, s);
-        glbk_draw_screen(ctx);
+        if (j->result == GLBK_OK) j->result = glbk_begin(j->ctx, &pass, &s->programs[GLBK__ISM_SCATTER]);
+        if (j->result == GLBK_OK)
+            j->result = glbk__put_block(j->ctx, GLBK_SLOT_glbk_ism_scattering, &s->block, b);
+        if (j->result != GLBK_OK) return;
+        j->ctx->gl.FramebufferTextureLayer(GLBK_GL_DRAW_FRAMEBUFFER, GLBK_GL_COLOR_ATTACHMENT0, table->name,
+                                           0, (int32_t)layer);
+        glbk__ism_bind_shares(j);
+        glbk_draw_screen(j->ctx);
     }
-    return GLBK_OK;
 }
 
-/* Returns the values of the block that all passes of a frame have in common. */
-static glbk_ism_scattering glbk__ism_scattering_of(const glbk_ism_maps *m, const glbk_ism_spread *s,
-                                                   uint32_t index)
+/* Sets the values of the block that all passes of a frame have in common. */
+static void glbk__ism_set_block(glbk__ism_spreading *j, uint32_t index)
 {
+    const glbk_ism_maps *m = j->maps;
+    const glbk_ism_spread *s = j->spread;
     const ism_desc *d = &m->desc;
-    glbk_ism_scattering b;
-    memset(&b, 0, sizeof b);
-    b.triangle_count = s->triangle_count;
-    b.cluster_count = s->cluster_count;
-    b.cluster_size = s->triangles_per_cluster;
-    b.batch = s->batch;
-    b.view_width = s->width;
-    b.view_height = s->height;
-    b.views = glbk__ism_views(d);
-    b.pair = glbk__ism_by_pair(d) != 0;
-    b.seed = d->seed;
-    b.key = d->unstable ? glbk_ism__hash_combine(d->seed, index) : d->seed;
-    b.surfel_count = d->surfel_count;
-    b.phase_surfel_count = m->phase_surfel_count;
-    b.lazy_frames = d->lazy_frames;
-    b.vpl_capacity = d->vpl_count;
-    b.vary_surfels = d->vary_surfels != 0;
-    b.area_share = d->area_share > 0 ? d->area_share : 0.2f;
-    return b;
+    glbk_ism_scattering *b = &j->block;
+    memset(b, 0, sizeof *b);
+    b->triangle_count = s->triangle_count;
+    b->cluster_count = s->cluster_count;
+    b->cluster_size = s->triangles_per_cluster;
+    b->batch = s->batch;
+    b->view_width = s->width;
+    b->view_height = s->height;
+    b->views = glbk__ism_views(d);
+    b->pair = glbk__ism_by_pair(d) != 0;
+    b->seed = d->seed;
+    b->key = d->unstable ? glbk_ism__hash_combine(d->seed, index) : d->seed;
+    b->surfel_count = d->surfel_count;
+    b->phase_surfel_count = m->phase_surfel_count;
+    b->lazy_frames = d->lazy_frames;
+    b->vpl_capacity = d->vpl_count;
+    b->vary_surfels = d->vary_surfels != 0;
+    b->area_share = d->area_share > 0 ? d->area_share : 0.2f;
 }
 
 /* Draws how many surfels VPLs have, and then batch by batch shares and surfels. */
-static glbk_result glbk__ism_scatter_all(glbk_context *ctx, glbk_ism_maps *m, glbk_ism_spread *s,
-                                         glbk_ism_scattering *b, uint32_t first, uint32_t end)
+static void glbk__ism_scatter_all(glbk__ism_spreading *j, uint32_t first, uint32_t end)
 {
-    glbk_result result = glbk__ism_begin_spread(ctx, s, &s->counts.target, &s->count, b);
+    const uint32_t count = j->maps->desc.vpl_count, batch = j->spread->batch;
     uint32_t vpl, phase;
-    if (result != GLBK_OK) return result;
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_vpls, &m->vpls);
-    glbk_bind_block(ctx, GLBK_SLOT_glbk_ism_frame, &m->frame);
-    glbk_draw_screen(ctx);
-    for (vpl = 0; vpl < m->desc.vpl_count && result == GLBK_OK; vpl += s->batch) {
-        b->first_vpl = vpl;
-        b->batch = m->desc.vpl_count - vpl < s->batch ? m->desc.vpl_count - vpl : s->batch;
-        result = glbk__ism_share(ctx, m, s, b);
-        for (phase = first; phase < end && result == GLBK_OK; phase++)
-            result = glbk__ism_draw_surfels(ctx, m, s, b, phase);
+    glbk__ism_begin_sheet(j, &j->spread->counts, GLBK__ISM_COUNT);
+    glbk_bind_texture(j->ctx, GLBK_SLOT_glbk_ism_vpls, &j->maps->vpls);
+    glbk_bind_block(j->ctx, GLBK_SLOT_glbk_ism_frame, &j->maps->frame);
+    glbk__ism_finish_sheet(j);
+    for (vpl = 0; vpl < count && j->result == GLBK_OK; vpl += batch) {
+        j->block.first_vpl = vpl;
+        j->block.batch = count - vpl < batch ? count - vpl : batch;
+        glbk__ism_share(j);
+        for (phase = first; phase < end; phase++) glbk__ism_draw_surfels(j, phase);
     }
-    return result;
 }
 
 /* Checks the arguments of glbk_ism_scatter. */
@@ -427,44 +392,35 @@ static glbk_result glbk__ism_check_scatter(const glbk_context *ctx, const char *
 GLBK_DEF glbk_result glbk_ism_scatter(glbk_context *ctx, glbk_ism_spread *s, glbk_ism_maps *m,
                                       const glbk_gbuffer *seen, uint32_t index)
 {
-    glbk_ism_scattering b;
-    glbk_result result;
+    glbk__ism_spreading j;
     uint32_t k, first, end;
     int all;
-    if (!ctx) return GLBK_ERR_ARGUMENT;
-    result = glbk__ism_check_scatter(ctx, __func__, s, m, seen);
-    if (result != GLBK_OK || !m->triangle_count) return result;
+    j.result = glbk__ism_check_scatter(ctx, __func__, s, m, seen);
+    if (j.result != GLBK_OK || !m->triangle_count) return j.result;
     all = m->desc.unstable || m->desc.vary_surfels;
     for (k = 0; k < m->desc.lazy_frames; k++) all = all || !(m->phases >> k & 1);
     first = all ? 0 : index % m->desc.lazy_frames;
     end = all ? m->desc.lazy_frames : first + 1;
-    result = glbk__ism_hold_triangles(ctx, m, s);
-    if (result == GLBK_OK && glbk__ism_views(&m->desc)) result = glbk__ism_hold_view(ctx, s, seen);
-    if (result != GLBK_OK) return result;
-    b = glbk__ism_scattering_of(m, s, index);
-    if (b.views) result = glbk__ism_list_receivers(ctx, s, seen, &b);
-    if (result == GLBK_OK) result = glbk__ism_measure(ctx, m, s, &b);
-    if (result == GLBK_OK) result = glbk__ism_scatter_all(ctx, m, s, &b, first, end);
-    if (result != GLBK_OK) return result;
+    j.result = glbk__ism_hold_triangles(ctx, m, s);
+    if (j.result == GLBK_OK && glbk__ism_views(&m->desc)) j.result = glbk__ism_hold_view(ctx, s, seen);
+    if (j.result != GLBK_OK) return j.result;
+    j.ctx = ctx;
+    j.maps = m;
+    j.spread = s;
+    glbk__ism_set_block(&j, index);
+    if (j.block.views) glbk__ism_list_receivers(&j, seen);
+    glbk__ism_measure(&j);
+    glbk__ism_scatter_all(&j, first, end);
+    if (j.result != GLBK_OK) return j.result;
     for (k = first; k < end; k++) m->phases |= (uint64_t)1 << k;
     return GLBK_OK;
 }
 
 GLBK_DEF void glbk_ism_spread_free(glbk_context *ctx, glbk_ism_spread *s)
 {
-    glbk_program *programs[9];
     uint32_t k;
     if (!s) return;
-    programs[0] = &s->see;
-    programs[1] = &s->list;
-    programs[2] = &s->measure;
-    programs[3] = &s->gather;
-    programs[4] = &s->weigh;
-    programs[5] = &s->share;
-    programs[6] = &s->run;
-    programs[7] = &s->count;
-    programs[8] = &s->scatter;
-    for (k = 0; k < 9; k++) glbk_program_free(ctx, programs[k]);
+    for (k = 0; k < GLBK__ISM_SPREAD_PROGRAMS; k++) glbk_program_free(ctx, &s->programs[k]);
     glbk__ism_free_view(ctx, s);
     glbk__ism_free_triangles(ctx, s);
     glbk__ism_free_sheets(ctx, &s->counts, 1);

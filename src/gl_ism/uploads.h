@@ -82,9 +82,7 @@ static glbk_result glbk__ism_replace_mesh(glbk_context *ctx, glbk_ism_maps *m, c
 GLBK_DEF glbk_result glbk_ism_mesh_upload(glbk_context *ctx, glbk_ism_maps *m, const ism_mesh *mesh)
 {
     size_t count = 0;
-    glbk_result result;
-    if (!ctx) return GLBK_ERR_ARGUMENT;
-    result = glbk__ism_check_maps(ctx, __func__, m);
+    glbk_result result = glbk__ism_check_maps(ctx, __func__, m);
     if (result == GLBK_OK && mesh) {
         result = glbk__ism_check_mesh(ctx, __func__, mesh);
         count = (mesh->indices || mesh->indices16 ? mesh->index_count : mesh->vertex_count) / 3;
@@ -100,11 +98,9 @@ GLBK_DEF glbk_result glbk_ism_mesh_upload(glbk_context *ctx, glbk_ism_maps *m, c
 GLBK_DEF glbk_result glbk_ism_mesh_move(glbk_context *ctx, glbk_ism_maps *m, const float *positions,
                                         size_t stride)
 {
-    glbk_result result;
-    if (!ctx) return GLBK_ERR_ARGUMENT;
-    result = glbk__ism_check_maps(ctx, __func__, m);
+    glbk_result result = glbk__ism_check_maps(ctx, __func__, m);
+    if (result == GLBK_OK) result = glbk__require(ctx, __func__, "positions", positions);
     if (result != GLBK_OK) return result;
-    if (!positions) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "positions", "is NULL");
     if (!glbk_ism__stride_valid(stride, 12))
         return glbk__refuse_value(ctx, GLBK_ERR_ARGUMENT, __func__, "stride", (double)stride,
                                   "0 or a multiple of 4, at least 12");
@@ -117,11 +113,9 @@ GLBK_DEF glbk_result glbk_ism_surfels_upload(glbk_context *ctx, glbk_ism_maps *m
                                              const ism_surfel *surfels, size_t count)
 {
     size_t wanted;
-    glbk_result result;
-    if (!ctx) return GLBK_ERR_ARGUMENT;
-    result = glbk__ism_check_maps(ctx, __func__, m);
+    glbk_result result = glbk__ism_check_maps(ctx, __func__, m);
+    if (result == GLBK_OK) result = glbk__require(ctx, __func__, "surfels", surfels);
     if (result != GLBK_OK) return result;
-    if (!surfels) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "surfels", "is NULL");
     if (phase >= m->desc.lazy_frames)
         return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "phase", phase, 0,
                                   m->desc.lazy_frames - 1.0);
@@ -170,9 +164,7 @@ static glbk_result glbk__ism_check_vpls(const glbk_context *ctx, const char *fun
 GLBK_DEF glbk_result glbk_ism_vpls_upload(glbk_context *ctx, glbk_ism_maps *m, const ism_vpl *vpls,
                                           uint32_t count, const ism_info *info)
 {
-    glbk_result result;
-    if (!ctx) return GLBK_ERR_ARGUMENT;
-    result = glbk__ism_check_vpls(ctx, __func__, m, vpls, count, info);
+    glbk_result result = glbk__ism_check_vpls(ctx, __func__, m, vpls, count, info);
     if (result == GLBK_OK && count) {
         const glbk_ism__allocator memory = glbk_ism__memory(ctx);
         float *texels = (float *)glbk_ism__alloc_array(&memory, count, 64);
@@ -237,7 +229,6 @@ GLBK_DEF glbk_result glbk_ism_near_points_upload(glbk_context *ctx, glbk_ism_map
 {
     glbk_result result;
     uint32_t i;
-    if (!ctx) return GLBK_ERR_ARGUMENT;
     result = glbk__ism_check_maps(ctx, __func__, m);
     if (result != GLBK_OK) return result;
     if (count && !points) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "points", "is NULL");

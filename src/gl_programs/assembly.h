@@ -151,16 +151,31 @@ GLBK__DEF void glbk__append_text(glbk__sink *sink, const char *text)
     glbk__append(sink, text, strlen(text));
 }
 
+GLBK__DEF void glbk__append_number(glbk__sink *sink, uint64_t number)
+{
+    char digits[24];
+    size_t at = sizeof digits;
+    do digits[--at] = (char)('0' + number % 10);
+    while ((number /= 10) != 0);
+    glbk__append(sink, digits + at, sizeof digits - at);
+}
+
+GLBK__DEF void glbk__begin_line(glbk__sink *sink, char out[GLBK__LINE_ROOM])
+{
+    memset(out, 0, GLBK__LINE_ROOM);
+    sink->out = out;
+    sink->bytes = GLBK__LINE_ROOM;
+    sink->used = 0;
+}
+
 /* Appends "#line n001 n", so that line 4 of file 3 is line 3004 in the driver's messages. The number alone
    would do, but Mesa's messages leave it out. */
 static void glbk__append_line(glbk__sink *sink, uint32_t n)
 {
-    char digits[] = { (char)('0' + n / 10), (char)('0' + n % 10), 0 };
-    const char *number = n < 10 ? digits + 1 : digits;
     glbk__append_text(sink, "#line ");
-    glbk__append_text(sink, number);
+    glbk__append_number(sink, n);
     glbk__append_text(sink, "001 ");
-    glbk__append_text(sink, number);
+    glbk__append_number(sink, n);
     glbk__append_text(sink, "\n");
 }
 

@@ -51,20 +51,18 @@ enum { GLBK__FILE_USES = 1, GLBK__FILE_WITH, GLBK__FILE_SETS, GLBK__FILE_BLOCK }
 GLBK__DEF const char *glbk__file_fact(const glbk_file *file, int which);
 
 /* Text that is counted in `used` and written as far as there is room: glbk__append adds so many characters,
-   glbk__append_text a string, glbk__append_file a file of GLSL. */
+   glbk__append_text a string, glbk__append_number its digits, glbk__append_file a file of GLSL.
+   glbk__begin_line begins a line for the log, which is always ended by 0. */
+enum { GLBK__LINE_ROOM = 256 };     /* characters; of longer lines the end is cut off */
 typedef struct glbk__sink {
     char  *out;
     size_t bytes, used;
 } glbk__sink;
 GLBK__DEF void glbk__append(glbk__sink *sink, const char *text, size_t length);
 GLBK__DEF void glbk__append_text(glbk__sink *sink, const char *text);
+GLBK__DEF void glbk__append_number(glbk__sink *sink, uint64_t number);
 GLBK__DEF void glbk__append_file(glbk__sink *sink, const glbk_file *file);
-
-/* Logs "FUNCTION: MESH: index 2 of triangle 17 is 90, but the mesh has 80 vertices" and returns the result;
-   position counts indices from 0. */
-GLBK__DEF glbk_result glbk__refuse_index(const glbk_context *ctx, glbk_result result, const char *function,
-                                         const char *mesh, size_t position, size_t index,
-                                         size_t vertex_count);
+GLBK__DEF void glbk__begin_line(glbk__sink *sink, char out[GLBK__LINE_ROOM]);
 
 /* Gives a uniform block all its values for the draws that follow, and binds it to its slot. */
 GLBK__DEF glbk_result glbk__put_block(glbk_context *ctx, uint32_t slot, const glbk_buffer *buffer,

@@ -11,14 +11,6 @@ typedef struct glbk__stage {
     glbk_shader shader;             /* has a name or a text, one of them */
 } glbk__stage;
 
-static void glbk__append_number(glbk__sink *sink, uint32_t value)
-{
-    glbk_prog__message m;
-    m.used = 0;
-    glbk_prog__message_count(&m, value);
-    glbk__append(sink, m.text, m.used);
-}
-
 /* Appends which number of the driver's messages is which file. */
 static void glbk__append_files(glbk__sink *sink, const glbk_shader *shader)
 {
@@ -80,20 +72,20 @@ static glbk_result glbk__refuse_shader(const glbk_context *ctx, const glbk_shade
     static const char function[] = "glbk_program_compile";
     const glbk_file *main_file;
     glbk__list list;
-    glbk_prog__message m;
-    m.used = 0;
+    char line[GLBK__LINE_ROOM];
+    glbk__sink sink;
+    glbk__begin_line(&sink, line);
     if (glbk__gather_all(&list, shader, &main_file)) {
-        glbk_prog__message_text(&m, "do not parse: ");
-        glbk_prog__message_text(&m, shader->defines);
-        return glbk__refuse(ctx, GLBK_ERR_NAME, function, "defines", m.text);
+        glbk__append_text(&sink, "do not parse: ");
+        glbk__append_text(&sink, shader->defines);
+        return glbk__refuse(ctx, GLBK_ERR_NAME, function, "defines", line);
     }
     if (!list.unknown)
         return glbk__refuse_range(ctx, GLBK_ERR_NAME, function, "the number of library files",
                                   (double)GLBK__MAX_FILES + 1, 0, GLBK__MAX_FILES);
-    while (list.unknown_length-- && m.used + 1 < sizeof m.text) m.text[m.used++] = *list.unknown++;
-    m.text[m.used] = 0;
-    glbk_prog__message_text(&m, " is in none of the parts");
-    return glbk__refuse(ctx, GLBK_ERR_NAME, function, "the library file", m.text);
+    glbk__append(&sink, list.unknown, list.unknown_length);
+    glbk__append_text(&sink, " is in none of the parts");
+    return glbk__refuse(ctx, GLBK_ERR_NAME, function, "the library file", line);
 }
 
 /* Compiles one stage and attaches it. */
@@ -190,6 +182,7 @@ GLBK__DEF glbk_result glbk__program_of_parts(glbk_context *ctx, const glbk_part 
     glbk__stage stages[2];
     const glbk_file *file, *vertex;
     char path[64] = "prog/";
+    const char *with;
     size_t length;
     glbk_result result;
 
@@ -213,7 +206,9 @@ GLBK__DEF glbk_result glbk__program_of_parts(glbk_context *ctx, const glbk_part 
         stages[0].type = GLBK__COMPUTE_SHADER;
         return glbk__link(ctx, stages, 1, "", out);
     }
-    strcpy(path + 5, glbk__file_fact(file, GLBK__FILE_WITH));
+    with = glbk__file_fact(file, GLBK__FILE_WITH);
+    if (!*with && length > 5 && strcmp(name + length - 5, ".frag") == 0) with = "screen.vert";
+    strcpy(path + 5, with);
     vertex = glbk_find_file(part, path);
     if (!vertex)
         return glbk__refuse(ctx, GLBK_ERR_NAME, function, name, "is no program: it has no vertex shader");

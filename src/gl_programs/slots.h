@@ -61,15 +61,16 @@ static glbk_result glbk__refuse_place(const glbk_context *ctx, const glbk__holde
     static const char *const texts[] = { " both have texture unit ",
                                          " both have the binding of uniform blocks ",
                                          " both have storage buffer ", " both have image " };
-    glbk_prog__message m;
-    m.used = 0;
-    glbk_prog__message_text(&m, "and ");
-    glbk_prog__message_text(&m, second);
-    glbk_prog__message_text(&m, texts[kind]);
-    glbk_prog__message_count(&m, place);
-    glbk_prog__message_text(&m, kind < GLBK__PLACE_STORAGE ? ": give one part an offset"
-                                                           : ": give each part a program of its own");
-    return glbk__refuse(ctx, GLBK_ERR_MISMATCH, h->function, first, m.text);
+    char line[GLBK__LINE_ROOM];
+    glbk__sink sink;
+    glbk__begin_line(&sink, line);
+    glbk__append_text(&sink, "and ");
+    glbk__append_text(&sink, second);
+    glbk__append_text(&sink, texts[kind]);
+    glbk__append_number(&sink, place);
+    glbk__append_text(&sink, kind < GLBK__PLACE_STORAGE ? ": give one part an offset"
+                                                        : ": give each part a program of its own");
+    return glbk__refuse(ctx, GLBK_ERR_MISMATCH, h->function, first, line);
 }
 
 /* Gives the declared names of one list their places, which are moved by `offset`. */
@@ -266,15 +267,15 @@ static int32_t glbk__place_of(const glbk_context *ctx, const glbk__holders *h, c
                               int32_t i)
 {
     const size_t length = strlen(a->name);
-    glbk_prog__message element;
+    char element[GLBK__LINE_ROOM];
+    glbk__sink sink;
     int32_t place = 0;
     if (i == 0 || length < 3) return a->place;
-    element.used = 0;
-    glbk_prog__message_text(&element, a->name);
-    element.used -= 2;                      /* "0]" */
-    glbk_prog__message_count(&element, (uint64_t)i);
-    glbk_prog__message_text(&element, "]");
-    i = ctx->gl.GetUniformLocation(h->gl_program, element.text);
+    glbk__begin_line(&sink, element);
+    glbk__append(&sink, a->name, length - 2);               /* without "0]" */
+    glbk__append_number(&sink, (uint64_t)i);
+    glbk__append_text(&sink, "]");
+    i = ctx->gl.GetUniformLocation(h->gl_program, element);
     if (i >= 0) ctx->gl.GetUniformiv(h->gl_program, i, &place);
     return place;
 }

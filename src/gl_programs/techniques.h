@@ -1,16 +1,5 @@
 /* ---- what only the techniques need: logs of meshes, blocks of a pass, pictures ---- */
 
-GLBK__DEF glbk_result glbk__refuse_index(const glbk_context *ctx, glbk_result result, const char *function,
-                                         const char *mesh, size_t position, size_t index, size_t vertex_count)
-{
-    glbk_prog__logger logger;
-    logger.log = ctx->system.log;
-    logger.user = ctx->system.user;
-    logger.function = function;
-    glbk_prog__log_index(&logger, mesh, position, index, vertex_count);
-    return result;
-}
-
 /* Two calls of GL, which go through the binding that a pass changes anyway. The storage is new each time, so
    that nothing waits for the draws before, copies what they read or, on GPUs that draw tile by tile, splits
    their pass. */

@@ -184,13 +184,13 @@ static double all_sums_off(gl_test *t, const lit *l, const glbk_ism_choice *c, d
     assert_non_null(values);
     assert_non_null(sums);
     for (k = 0; k < 3; k++) {
-        along[k] = read_bits(t, &c->row_targets[k], c->row_sums[k].width, rows, 1);
-        down[k] = read_bits(t, &c->column_targets[k], 1, c->column_sums[k].height, 1);
+        along[k] = read_bits(t, &c->row_sums[k].target, c->row_sums[k].texture.width, rows, 1);
+        down[k] = read_bits(t, &c->column_sums[k].target, 1, c->column_sums[k].texture.height, 1);
     }
     for (y = 0; y < rows; y++) {
         const uint32_t stride[3] = { 1, 1, 1 };
         uint32_t first[3];
-        for (k = 0; k < 3; k++) first[k] = y * c->row_sums[k].width;
+        for (k = 0; k < 3; k++) first[k] = y * c->row_sums[k].texture.width;
         for (x = 0; x < l->width; x++) {
             values[x] = (double)ism__luminance(l->flux + 3 * ((size_t)y * l->width + x));
             sums[y] += values[x];
@@ -201,7 +201,7 @@ static double all_sums_off(gl_test *t, const lit *l, const glbk_ism_choice *c, d
         const uint32_t stride[3] = { 1, 1, 1 }, first[3] = { 0, 0, 0 };
         worst = fmax(worst, sums_off(down, stride, first, sums, rows));
     }
-    *total = (double)down[2][c->column_sums[2].height - 1];
+    *total = (double)down[2][c->column_sums[2].texture.height - 1];
     for (k = 0; k < 3; k++) {
         free(along[k]);
         free(down[k]);
@@ -298,8 +298,8 @@ static float *read_importances(gl_test *t, const lit *l, const chosen *c)
 {
     const uint32_t rows = l->height * l->faces;
     const double share = c->desc.flux_share > 0 ? (double)c->desc.flux_share : 0.1;
-    float *effects = read_bits(t, &c->choice.importance_target, l->width, rows, 0);
-    float *fluxes = read_bits(t, &c->choice.importance_target, l->width, rows, 1);
+    float *effects = read_bits(t, &c->choice.importances.target, l->width, rows, 0);
+    float *fluxes = read_bits(t, &c->choice.importances.target, l->width, rows, 1);
     double effect = 0, flux = 0, least = 1;
     size_t i, count = (size_t)l->width * rows;
     for (i = 0; i < count; i++) {
@@ -882,7 +882,7 @@ static void wrong_arguments_are_refused(void **state)
     of.face_count = 1;
     SAYS(glbk_ism_choice_create(&t->gl, &other, &of, &out), GLBK_ERR_DESC,
                 "glbk_ism_choice_create: maps->desc.importance is 77; it must be a value of ism_importance");
-    assert_true(!out.drawn.name);
+    assert_true(!out.drawn.texture.name);
     assert_int_equal(glbk_ism_choose(NULL, &c.choice, &c.maps, &l->texels, NULL, 0), GLBK_ERR_ARGUMENT);
     SAYS(glbk_ism_choose(&t->gl, NULL, &c.maps, &l->texels, NULL, 0), GLBK_ERR_ARGUMENT,
                 "glbk_ism_choose: choice is NULL");

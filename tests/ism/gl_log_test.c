@@ -149,9 +149,9 @@ static void a_wrong_vpl_is_named(void **state)
             "glbk_ism_vpls_upload: vpls[1].position[2] is infinity; it must be finite");
     SAYS_OF(v[1].flux[0], -1, VPLS(2), no, "glbk_ism_vpls_upload: vpls[1].flux[0] is -1; it must be 0..1e30");
     SAYS_OF(v[1].normal[1], -2, VPLS(2), no,
-            "glbk_ism_vpls_upload: vpls[1].normal has the length 2; it must be 1 (0.97..1.03)");
+            "glbk_ism_vpls_upload: vpls[1].normal's length is 2; it must be 1 (0.97..1.03)");
     SAYS_OF(v[0].axis[1], 0, VPLS(2), no,
-            "glbk_ism_vpls_upload: vpls[0].axis has the length 0; it must be 1 (0.97..1.03)");
+            "glbk_ism_vpls_upload: vpls[0].axis's length is 0; it must be 1 (0.97..1.03)");
     SAYS_OF(v[1].exponent, -1, VPLS(2), no, "glbk_ism_vpls_upload: vpls[1].exponent is -1; it must be 0..1e5");
     SAYS_OF(v[1].edge, -0.5f, VPLS(2), no,
             "glbk_ism_vpls_upload: vpls[1].edge is -0.5; it must be finite and not negative");

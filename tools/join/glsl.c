@@ -81,13 +81,26 @@ static int next_entry(const char **s, arguments out)
     return i + 1;
 }
 
+/* Puts "TYPE NAME", or ", NAME" where the declaration before has the same type: its words need not be said again. */
+static void put_declarator(text *out, char *type, const char *before, const char *of_type, const char *name)
+{
+    const char *line = strrchr(out->data, '\n');
+    if (strcmp(type, of_type) == 0) put(out, strlen(line) + strlen(name) < 90 ? ", " : ",\n    ");
+    else {
+        if (*type) put(out, ";\n");
+        put_format(out, "%s%s ", before, of_type);
+    }
+    put(out, name);
+    print_to(type, MAX_NAME, "%s", of_type);
+}
+
 /* A file of its own for each block, for those who name it: all members of a std140 block are active whether a program
    reads them or not, and WebGL 2 refuses to draw with an active block without a buffer (ES 3.0 leaves it undefined). */
 static void add_blocks(files *all, const text *own, const char *list)
 {
     text members = { NULL, 0, 0 };
     const char *s = list, *m;
-    char name[MAX_NAME + 8];
+    char name[MAX_NAME + 8], type[MAX_NAME];
     arguments block, member;
     file *f;
 
@@ -98,11 +111,12 @@ static void add_blocks(files *all, const text *own, const char *list)
         put_format(&f->body, "// %s, uniform block\n", block[0]);
         put_format(&f->body, "layout(std140) uniform %s_block {\n", block[0]);
         find_list(&members, own, block[2]);
+        *type = 0;
         for (m = members.data; next_entry(&m, member);) {
-            const char *form = strcmp(member[2], "1") == 0 ? "    %s %s;\n" : "    %s %s[%s];\n";
-            put_format(&f->body, form, member[0], member[1], member[2]);
+            put_declarator(&f->body, type, "    ", member[0], member[1]);
+            if (strcmp(member[2], "1") != 0) put_format(&f->body, "[%s]", member[2]);
         }
-        put_format(&f->body, "} %s;\n", block[0], "", "", "");
+        put_format(&f->body, ";\n} %s;\n", block[0], "", "", "");
         free_text(&members);
     }
 }
@@ -110,11 +124,12 @@ static void add_blocks(files *all, const text *own, const char *list)
 static void add_part(files *all, const text *own, const char *part)
 {
     text list = { NULL, 0, 0 };
-    char name[MAX_NAME + 32], lower[MAX_NAME];
+    char name[MAX_NAME + 32], lower[MAX_NAME], type[MAX_NAME] = "";
     const char *s;
     arguments a;
     file *f;
     size_t i;
+    int compute = 0;
 
     for (i = 0; part[i]; i++) lower[i] = (char)tolower((unsigned char)part[i]);
     lower[i] = 0;
@@ -123,22 +138,26 @@ static void add_part(files *all, const text *own, const char *part)
     put_format(&f->body, "// %s_bindings - from the lists GLBK_%s_* of the header.\n", lower, part);
     print_to(name, sizeof name, "GLBK_%s_TEXTURES", part);
     find_list(&list, own, name);
-    for (s = list.data; next_entry(&s, a);) put_format(&f->body, "uniform %s %s;\n", a[0], a[1], "", "");
+    for (s = list.data; next_entry(&s, a);) put_declarator(&f->body, type, "uniform ", a[0], a[1]);
+    if (*type) put(&f->body, ";\n");
     free_text(&list);
     print_to(name, sizeof name, "GLBK_%s_STORAGE", part);
     find_list(&list, own, name);
     for (s = list.data; next_entry(&s, a);) {
-        put_format(&f->body, "#if __VERSION__ >= 430\nlayout(std430, binding = %s) %s buffer ", a[3], a[0]);
-        put_format(&f->body, "%s_storage { %s %s[]; };\n#endif\n", a[2], a[1], a[2], "");
+        if (!compute++) put(&f->body, "#if __VERSION__ >= 430\n");
+        put_format(&f->body, "layout(std430, binding = %s) %s buffer ", a[3], a[0]);
+        put_format(&f->body, "%s_storage { %s %s[]; };\n", a[2], a[1], a[2], "");
     }
     free_text(&list);
     print_to(name, sizeof name, "GLBK_%s_IMAGES", part);
     find_list(&list, own, name);
     for (s = list.data; next_entry(&s, a);) {
-        put_format(&f->body, "#if __VERSION__ >= 430\nlayout(%s, binding = %s) ", a[1], a[4]);
-        put_format(&f->body, "%s uniform %s %s;\n#endif\n", a[0], a[2], a[3], "");
+        if (!compute++) put(&f->body, "#if __VERSION__ >= 430\n");
+        put_format(&f->body, "layout(%s, binding = %s) ", a[1], a[4]);
+        put_format(&f->body, "%s uniform %s %s;\n", a[0], a[2], a[3], "");
     }
     free_text(&list);
+    if (compute) put(&f->body, "#endif\n");
     print_to(name, sizeof name, "GLBK_%s_BLOCKS", part);
     find_list(&list, own, name);
     add_blocks(all, own, list.data);
@@ -203,11 +222,40 @@ static int compare_names(const void *a, const void *b)
 
 /* ---- as C ---- */
 
-/* Appends the value of a comment "// key: value" as a C string; to that of uses, the blocks that the file names. A
-   value that is too long for a line goes on in another one with the same key. */
+static const file *find_library(const files *all, const char *name)
+{
+    char path[2 * MAX_NAME];
+    int i;
+    print_to(path, sizeof path, "lib/%s.glsl", name);
+    for (i = 0; i < all->count; i++)
+        if (strcmp(all->at[i].name, path) == 0) return &all->at[i];
+    return NULL;
+}
+
+/* Whether a file that f uses, one way or another, names the block. */
+static int brings(const files *all, const file *f, const char *block)
+{
+    const char *s = f->body.data;
+    char name[MAX_NAME];
+
+    for (; s; s = strchr(s, '\n')) {
+        s += *s == '\n';
+        if (strncmp(s, "// uses:", 8) != 0) continue;
+        s += 8;
+        while (next_word(&s, name)) {
+            const file *used = find_library(all, name);
+            if (used && (find_word(used->body.data, block) || brings(all, used, block))) return 1;
+        }
+    }
+    return 0;
+}
+
+/* Appends the value of a comment "// key: value" as a C string; to that of uses, the blocks that the file names and
+   that none of those brings. A value that is too long for a line goes on in another one with the same key. */
 static void put_value(text *out, const files *all, const file *f, const char *key)
 {
     const char *s = f->body.data;
+    const char *usual = strcmp(key, "with") == 0 ? "screen.vert\n" : "\n";     /* a .frag has it without a word */
     size_t length = strlen(key), before;
     int i;
 
@@ -218,7 +266,7 @@ static void put_value(text *out, const files *all, const file *f, const char *ke
             s += 4 + length;
             while (*s == ' ') s++;
             if (out->size > before) put(out, strcmp(key, "sets") == 0 ? " | " : " ");
-            append(out, s, strcspn(s, "\n"));
+            if (strncmp(s, usual, strlen(usual)) != 0) append(out, s, strcspn(s, "\n"));
         }
         s = strchr(s, '\n');
         if (s) s++;
@@ -227,6 +275,7 @@ static void put_value(text *out, const files *all, const file *f, const char *ke
         const file *other = &all->at[i];
         const char *name = other->name + strlen("lib/");
         if (!other->block[0] || other == f || !find_word(f->body.data, other->block)) continue;
+        if (brings(all, f, other->block)) continue;
         if (out->size > before) put(out, " ");
         append(out, name, strcspn(name, "."));
     }
@@ -264,11 +313,13 @@ static void put_escaped(text *out, const char *name, const char *s, size_t size)
     }
 }
 
-/* Whether tokens change if the blank between these two goes: words would become one, and so might operators. */
+/* Whether tokens change if the blank between these two goes: words would become one, and so might operators, whose last
+   characters are = and those that stand twice. */
 static int divides(char before, char after)
 {
-    return (is_word(before) && is_word(after)) ||
-           (!is_word(before) && !is_word(after) && !strchr("(){}[],;.", before) && !strchr("(){}[],;", after));
+    if (is_word(before) || is_word(after)) return is_word(before) && is_word(after);
+    return (after == '=' && strchr("=!<>+-*/%&|^", before)) || (before == after && strchr("+-&|^<>", after)) ||
+           (before == '/' && strchr("/*", after)) || (before == '.' && after == '.');
 }
 
 /* Whether s begins a zero of a number that says nothing: that before the point of 0.5, that behind it in 1.0. */
