@@ -754,12 +754,6 @@ GLBK__DEF glbk_result glbk__refuse_value(const glbk_context *ctx, glbk_result re
                                          const char *field, double value, const char *wanted);
 GLBK__DEF glbk_result glbk__refuse_range(const glbk_context *ctx, glbk_result result, const char *function,
                                          const char *field, double value, double low, double high);
-/* Logs "FUNCTION: MESH: index 2 of triangle 17 is 90, but the mesh has 80 vertices" and returns the result;
-   position counts indices from 0. */
-GLBK__DEF glbk_result glbk__refuse_index(const glbk_context *ctx, glbk_result result, const char *function,
-                                         const char *mesh, size_t position, size_t index,
-                                         size_t vertex_count);
-
 /* glbk__target_create makes a target of a technique's own as glbk_target_create does. Nobody else may draw to
    such a target; glbk_check looks whether somebody does. glbk__attach attaches a texture to the framebuffer
    that is bound; if the texture is NULL it does nothing. */
@@ -957,26 +951,6 @@ static inline GLBK__COLD void glbk__log_value(const glbk__logger *logger, const 
     logger->log(logger->user, m.text);
 }
 
-/* Logs "FUNCTION: mesh: index 2 of triangle 17 is 90, but the mesh has 80 vertices". position counts the
-   indices from 0. */
-static inline GLBK__COLD void glbk__log_index(const glbk__logger *logger, const char *mesh,
-                                      uint64_t position, uint64_t index, uint64_t vertex_count)
-{
-    glbk__message m;
-    if (!logger->log) return;
-    glbk__message_begin(&m, logger, mesh);
-    glbk__message_text(&m, ": index ");
-    glbk__message_count(&m, position % 3);
-    glbk__message_text(&m, " of triangle ");
-    glbk__message_count(&m, position / 3);
-    glbk__message_text(&m, " is ");
-    glbk__message_count(&m, index);
-    glbk__message_text(&m, ", but the mesh has ");
-    glbk__message_count(&m, vertex_count);
-    glbk__message_text(&m, vertex_count == 1 ? " vertex" : " vertices");
-    logger->log(logger->user, m.text);
-}
-
 /* ==== src/gl/log.h ==== */
 
 /* ---- log: why a call fails ---- */
@@ -1056,14 +1030,6 @@ GLBK__DEF glbk_result glbk__refuse_range(const glbk_context *ctx, glbk_result re
         glbk__message_number(&m, high);
     }
     return glbk__refuse_value(ctx, result, function, field, value, m.text);
-}
-
-GLBK__DEF glbk_result glbk__refuse_index(const glbk_context *ctx, glbk_result result, const char *function,
-                                         const char *mesh, size_t position, size_t index, size_t vertex_count)
-{
-    const glbk__logger logger = glbk__logger_of(ctx, function);
-    glbk__log_index(&logger, mesh, position, index, vertex_count);
-    return result;
 }
 
 /* ==== src/gl/errors.h ==== */
@@ -1182,16 +1148,13 @@ static const char *glbk__load(glbk_context *ctx, const glbk_desc *desc, int grou
 {
     const char *next = glbk__function_names;
     size_t i;
-    for (i = 0; i < sizeof glbk__function_groups; i++) {
+    for (i = 0; i < sizeof glbk__function_groups; i++, next += strlen(next) + 1) {
         const char *name = next;
-        char whole[64];
+        char whole[64] = "gl";
         glbk_proc_fn proc;
-        next += strlen(next) + 1;
         if (glbk__function_groups[i] != group) continue;
         if (strcmp(name, "Barrier") == 0) name = "MemoryBarrier";
         if (group == GLBK__GROUP_CLIP && ctx->es) name = "ClipControlEXT";
-        whole[0] = 'g';
-        whole[1] = 'l';
         memcpy(whole + 2, name, strlen(name) + 1);
         proc = desc->get_proc_fn(whole, desc->user);
         if (!proc) return name;

@@ -360,6 +360,12 @@ GLBK__DEF void glbk__append_number(glbk__sink *sink, uint64_t number);
 GLBK__DEF void glbk__append_file(glbk__sink *sink, const glbk_file *file);
 GLBK__DEF void glbk__begin_line(glbk__sink *sink, char out[GLBK__LINE_ROOM]);
 
+/* Logs "FUNCTION: MESH: index 2 of triangle 17 is 90, but the mesh has 80 vertices" and returns the result;
+   position counts indices from 0. */
+GLBK__DEF glbk_result glbk__refuse_index(const glbk_context *ctx, glbk_result result, const char *function,
+                                         const char *mesh, size_t position, size_t index,
+                                         size_t vertex_count);
+
 /* Gives a uniform block all its values for the draws that follow, and binds it to its slot. */
 GLBK__DEF glbk_result glbk__put_block(glbk_context *ctx, uint32_t slot, const glbk_buffer *buffer,
                                       const void *values);
@@ -1528,6 +1534,27 @@ GLBK_DEF glbk_result glbk_dispatch(glbk_context *ctx, glbk_program *program, uin
 /* ==== src/gl_programs/techniques.h ==== */
 
 /* ---- what only the techniques need: logs of meshes, blocks of a pass, pictures ---- */
+
+GLBK__DEF glbk_result glbk__refuse_index(const glbk_context *ctx, glbk_result result, const char *function,
+                                         const char *mesh, size_t position, size_t index, size_t vertex_count)
+{
+    char field[GLBK__LINE_ROOM], text[GLBK__LINE_ROOM];
+    glbk__sink sink;
+    glbk__begin_line(&sink, field);
+    glbk__append_text(&sink, mesh);
+    glbk__append_text(&sink, ":");
+    glbk__begin_line(&sink, text);
+    glbk__append_text(&sink, "index ");
+    glbk__append_number(&sink, position % 3);
+    glbk__append_text(&sink, " of triangle ");
+    glbk__append_number(&sink, position / 3);
+    glbk__append_text(&sink, " is ");
+    glbk__append_number(&sink, index);
+    glbk__append_text(&sink, ", but the mesh has ");
+    glbk__append_number(&sink, vertex_count);
+    glbk__append_text(&sink, vertex_count == 1 ? " vertex" : " vertices");
+    return glbk__refuse(ctx, result, function, field, text);
+}
 
 /* Two calls of GL, which go through the binding that a pass changes anyway. The storage is new each time, so
    that nothing waits for the draws before, copies what they read or, on GPUs that draw tile by tile, splits

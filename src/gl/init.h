@@ -34,16 +34,13 @@ static const char *glbk__load(glbk_context *ctx, const glbk_desc *desc, int grou
 {
     const char *next = glbk__function_names;
     size_t i;
-    for (i = 0; i < sizeof glbk__function_groups; i++) {
+    for (i = 0; i < sizeof glbk__function_groups; i++, next += strlen(next) + 1) {
         const char *name = next;
-        char whole[64];
+        char whole[64] = "gl";
         glbk_proc_fn proc;
-        next += strlen(next) + 1;
         if (glbk__function_groups[i] != group) continue;
         if (strcmp(name, "Barrier") == 0) name = "MemoryBarrier";
         if (group == GLBK__GROUP_CLIP && ctx->es) name = "ClipControlEXT";
-        whole[0] = 'g';
-        whole[1] = 'l';
         memcpy(whole + 2, name, strlen(name) + 1);
         proc = desc->get_proc_fn(whole, desc->user);
         if (!proc) return name;

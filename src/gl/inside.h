@@ -25,12 +25,6 @@ GLBK__DEF glbk_result glbk__refuse_value(const glbk_context *ctx, glbk_result re
                                          const char *field, double value, const char *wanted);
 GLBK__DEF glbk_result glbk__refuse_range(const glbk_context *ctx, glbk_result result, const char *function,
                                          const char *field, double value, double low, double high);
-/* Logs "FUNCTION: MESH: index 2 of triangle 17 is 90, but the mesh has 80 vertices" and returns the result;
-   position counts indices from 0. */
-GLBK__DEF glbk_result glbk__refuse_index(const glbk_context *ctx, glbk_result result, const char *function,
-                                         const char *mesh, size_t position, size_t index,
-                                         size_t vertex_count);
-
 /* glbk__target_create makes a target of a technique's own as glbk_target_create does. Nobody else may draw to
    such a target; glbk_check looks whether somebody does. glbk__attach attaches a texture to the framebuffer
    that is bound; if the texture is NULL it does nothing. */

@@ -76,11 +76,3 @@ GLBK__DEF glbk_result glbk__refuse_range(const glbk_context *ctx, glbk_result re
     }
     return glbk__refuse_value(ctx, result, function, field, value, m.text);
 }
-
-GLBK__DEF glbk_result glbk__refuse_index(const glbk_context *ctx, glbk_result result, const char *function,
-                                         const char *mesh, size_t position, size_t index, size_t vertex_count)
-{
-    const glbk__logger logger = glbk__logger_of(ctx, function);
-    glbk__log_index(&logger, mesh, position, index, vertex_count);
-    return result;
-}

@@ -6,10 +6,10 @@
 // texels: the first holds axis and exponent, the second the scale.
 // uses: cohsm_math
 #ifndef COHSM_LOBES
-#error "cohsm_brdf.glsl needs COHSM_LOBES, 1..8"
+#error "cohsm_brdf: COHSM_LOBES, 1..8"
 #endif
 #ifndef COHSM_LOBE
-#error "cohsm_brdf.glsl needs COHSM_LOBE(i), the uvec4 at texel i of the lobes"
+#error "cohsm_brdf: COHSM_LOBE(i), texel i of the lobes"
 #endif
 
 #define COHSM_BRDF_LAMBERT 1u
@@ -19,13 +19,13 @@
 
 struct cohsm_material {
     uint type;                  // COHSM_BRDF_...
-    vec3 diffuse;               // albedo; METAL_ROUGH: base colour
-    vec3 specular;              // PHONG
-    float exponent;             // PHONG
-    float metallic;             // METAL_ROUGH
-    float roughness;            // METAL_ROUGH
-    uint lobe;                  // LAFORTUNE: number of the first lobe in the table
-    uint lobe_count;            // LAFORTUNE
+    vec3 diffuse,               // albedo; METAL_ROUGH: base colour
+         specular;              // PHONG
+    float exponent,             // PHONG
+          metallic,             // METAL_ROUGH
+          roughness;            // METAL_ROUGH
+    uint lobe,                  // LAFORTUNE: number of the first lobe in the table
+         lobe_count;            // LAFORTUNE
 };
 
 struct cohsm_surface {          // a material at a point; its axes are t, b and n
@@ -39,16 +39,16 @@ struct cohsm_surface {          // a material at a point; its axes are t, b and 
     int   lobe_count;
     vec4  lobes[COHSM_LOBES];   // axis, exponent
     vec4  scales[COHSM_LOBES];  // scale, share among the lobes
-    float diffuse_share;        // of the samples
-    float peak;                 // about the greatest density of a sample
+    float diffuse_share,        // of the samples
+          peak;                 // about the greatest density of a sample
     bool  black;                // it reflects nothing
 };
 
 struct cohsm_response {         // of a surface to a direction
     vec3  diffuse;              // f
     vec3  specular;
-    float diffuse_pdf;          // per solid angle
-    float specular_pdf;
+    float diffuse_pdf,          // per solid angle
+          specular_pdf;
 };
 
 float cohsm_mean(vec3 c) { return (c.x + c.y + c.z) * (1.0 / 3.0); }

@@ -7,7 +7,7 @@
 // gone then.
 // uses: cohsm_math cohsm_octa
 #ifndef COHSM_LIGHT_TEXEL
-#error "cohsm_light.glsl needs COHSM_LIGHT_TEXEL(i), the uvec4 at texel i of the lights"
+#error "cohsm_light: COHSM_LIGHT_TEXEL(i), texel i of the lights"
 #endif
 
 #define COHSM_SHAPE_ENVIRONMENT 1u
@@ -44,22 +44,22 @@ struct cohsm_light {
     vec3  v;
     vec3  radiance;
     vec3  tint;                 // a texel's density is tint . texel
-    float radius;
-    float lx;                   // length of u
-    float ly;                   // length of v
-    float area;
-    float cos_cone;             // of the half angle
-    float turn;                 // rotation of a sky, as a share of a whole turn
-    float cosine_power;         // of the emission
+    float radius,
+          lx,                   // length of u
+          ly,                   // length of v
+          area,
+          cos_cone,             // of the half angle
+          turn,                 // rotation of a sky, as a share of a whole turn
+          cosine_power;         // of the emission
 };
 
 struct cohsm_aim {              // a light as one point sees it
     vec3  p;                    // the point
     vec3  axis;                 // sphere, line: unit, to the centre or the nearest point of the infinite line
-    float range;                // sphere, line: along the axis
-    float spread;               // sphere: 1 - cosine of the cone; line: greatest sine of a seen normal
-    float solid_pdf;            // density per solid angle, where it is constant; else 0
-    float solid;                // solid angle, about
+    float range,                // sphere, line: along the axis
+          spread,               // sphere: 1 - cosine of the cone; line: greatest sine of a seen normal
+          solid_pdf,            // density per solid angle, where it is constant; else 0
+          solid;                // solid angle, about
     vec4  edges;                // rectangle: x0 x1 y0 y1, as Urena, Fajardo and King name them
     vec4  cap;                  // rectangle: z b0 b1 k
 };
@@ -252,8 +252,7 @@ void cohsm_rectangle_aim(const in cohsm_light l, inout cohsm_aim a)
 {
     vec3 d = l.origin - a.p;
     float x0 = dot(d, l.ex) * l.lx, y0 = dot(d, l.ey) * l.ly, x1 = x0 + l.lx, y1 = y0 + l.ly, z = dot(d, l.n);
-    float z2 = z * z;
-    float n0 = -y0 / sqrt(z2 + y0 * y0), n1 = x1 / sqrt(z2 + x1 * x1);
+    float z2 = z * z, n0 = -y0 / sqrt(z2 + y0 * y0), n1 = x1 / sqrt(z2 + x1 * x1);
     float n2 = y1 / sqrt(z2 + y1 * y1), n3 = -x0 / sqrt(z2 + x0 * x0);
     float k = 2.0 * COHSM_PI - cohsm_acos(-n2 * n3) - cohsm_acos(-n3 * n0);
     a.edges = vec4(x0, x1, y0, y1);

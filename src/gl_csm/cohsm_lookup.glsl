@@ -6,7 +6,7 @@
 // have there, COHSM_ONE_LAYOUT as 1 if all came from cohsm_data and as 2 if all came from cohsm_fast_data;
 // the code for others is gone then.
 #ifndef COHSM_TEXEL
-#error "cohsm_lookup.glsl needs COHSM_TEXEL(i), the uvec4 at texel i of the blocks"
+#error "cohsm_lookup: COHSM_TEXEL(i), texel i of the blocks"
 #endif
 
 // What a program knows as a constant is compared as one, so that compilers drop the other code at once,
@@ -73,8 +73,8 @@ struct cohsm_maps {
     uint  bases_at;                 // sections of trays; their lines are at lines_at, too
     uint  trays_at;
     vec3  center;                   // of the object's sphere
-    float radius;
-    float depth_far;                // maps of positions: the depth that is stored as the greatest
+    float radius,
+          depth_far;                // maps of positions: the depth that is stored as the greatest
 };
 
 // Returns what texels 1 to 7 of the block at texel `base` say.
@@ -167,8 +167,7 @@ uint cohsm_select(uint x, uint number)
 {
     uint two = x - ((x >> 1) & 0x55555555u);
     uint four = (two & 0x33333333u) + ((two >> 2) & 0x33333333u);
-    uint eight = (four + (four >> 4)) & 0x0f0f0f0fu;
-    uint at = 0u, n = (eight + (eight >> 8)) & 0xffu;
+    uint eight = (four + (four >> 4)) & 0x0f0f0f0fu, at = 0u, n = (eight + (eight >> 8)) & 0xffu;
     if (number >= n) { number -= n; at = 16u; }
     n = (eight >> at) & 15u;
     if (number >= n) { number -= n; at += 8u; }
@@ -253,8 +252,7 @@ uint cohsm_segment(const in cohsm_line l, uint head, uvec2 marks, uint view)
 uint cohsm_escapes(const in cohsm_line l, uint codes, uint bits, uint count)
 {
     uint step = 32u / bits, one = (0xffffffffu >> (32u - step * bits)) / ((1u << bits) - 1u);
-    uint high = one << (bits - 1u);
-    uint rank = 0u;
+    uint high = one << (bits - 1u), rank = 0u;
     for (uint i = 0u; i < count; i += step) {
         uint x = cohsm_bits(l, codes + i * bits, min(step, count - i) * bits);
         rank += cohsm_popcount(((x & ~high) + one) & x & high);
@@ -266,8 +264,7 @@ uint cohsm_escapes(const in cohsm_line l, uint codes, uint bits, uint count)
 uint cohsm_segment_depth(const in cohsm_maps m, const in cohsm_line l, uint head, uvec2 marks, uint j)
 {
     uint n = cohsm_popcount(marks.x) + cohsm_popcount(marks.y);
-    uint k = (head >> 8) & 15u, bits = (head >> 12) & 15u;
-    uint base = head & 255u, codes = 80u + n * k;
+    uint k = (head >> 8) & 15u, bits = (head >> 12) & 15u, base = head & 255u, codes = 80u + n * k;
     bool palette = bits > 9u;
     if (palette) bits -= 9u;
     uint code = cohsm_bits(l, codes + j * bits, bits), ones = (1u << bits) - 1u;

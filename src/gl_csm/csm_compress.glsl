@@ -4,8 +4,8 @@
 
 // This is the segment that is open at the end of a run.
 struct csm_open {
-    uint lo;                        // the least and greatest value of the grid that it may have
-    uint hi;
+    uint lo,                        // the least and greatest value of the grid that it may have
+         hi;
     bool fresh;                     // it has no view yet
     uint next;                      // the next view of the batch
 };

@@ -5,7 +5,7 @@
 // constants: each program holds the code for one combination, which is a fraction of all.
 // uses: csm_pattern csm_instances cohsm_visible cohsm_estimate gbuffer
 #if !defined(CSM_SHAPE) || !defined(CSM_ASK) || !defined(CSM_FILTER)
-#error "csm_shade.glsl needs CSM_SHAPE, CSM_ASK and CSM_FILTER"
+#error "csm_shade: CSM_SHAPE, CSM_ASK, CSM_FILTER"
 #endif
 
 // Returns whether a sample lies behind a receiver without maps, an infinite plane, other than the one that

@@ -64,6 +64,12 @@ GLBK__DEF void glbk__append_number(glbk__sink *sink, uint64_t number);
 GLBK__DEF void glbk__append_file(glbk__sink *sink, const glbk_file *file);
 GLBK__DEF void glbk__begin_line(glbk__sink *sink, char out[GLBK__LINE_ROOM]);
 
+/* Logs "FUNCTION: MESH: index 2 of triangle 17 is 90, but the mesh has 80 vertices" and returns the result;
+   position counts indices from 0. */
+GLBK__DEF glbk_result glbk__refuse_index(const glbk_context *ctx, glbk_result result, const char *function,
+                                         const char *mesh, size_t position, size_t index,
+                                         size_t vertex_count);
+
 /* Gives a uniform block all its values for the draws that follow, and binds it to its slot. */
 GLBK__DEF glbk_result glbk__put_block(glbk_context *ctx, uint32_t slot, const glbk_buffer *buffer,
                                       const void *values);

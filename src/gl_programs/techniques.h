@@ -1,5 +1,26 @@
 /* ---- what only the techniques need: logs of meshes, blocks of a pass, pictures ---- */
 
+GLBK__DEF glbk_result glbk__refuse_index(const glbk_context *ctx, glbk_result result, const char *function,
+                                         const char *mesh, size_t position, size_t index, size_t vertex_count)
+{
+    char field[GLBK__LINE_ROOM], text[GLBK__LINE_ROOM];
+    glbk__sink sink;
+    glbk__begin_line(&sink, field);
+    glbk__append_text(&sink, mesh);
+    glbk__append_text(&sink, ":");
+    glbk__begin_line(&sink, text);
+    glbk__append_text(&sink, "index ");
+    glbk__append_number(&sink, position % 3);
+    glbk__append_text(&sink, " of triangle ");
+    glbk__append_number(&sink, position / 3);
+    glbk__append_text(&sink, " is ");
+    glbk__append_number(&sink, index);
+    glbk__append_text(&sink, ", but the mesh has ");
+    glbk__append_number(&sink, vertex_count);
+    glbk__append_text(&sink, vertex_count == 1 ? " vertex" : " vertices");
+    return glbk__refuse(ctx, result, function, field, text);
+}
+
 /* Two calls of GL, which go through the binding that a pass changes anyway. The storage is new each time, so
    that nothing waits for the draws before, copies what they read or, on GPUs that draw tile by tile, splits
    their pass. */

@@ -332,8 +332,9 @@ static int is_idle_zero(const text *out, const char *s)
            !is_word(s[1]) && s[1] != '.';
 }
 
-/* The text without comments, without blanks that divide nothing, of which a quarter of it is made, and without idle
-   zeros. Lines stay lines, so that a driver's message names the right one; those of the preprocessor stay whole. */
+/* The text without comments, without blanks that divide nothing, of which a quarter of it is made, and without zeros
+   and "in" that say nothing. Lines stay lines, so that a driver's message names the right one; those of the
+   preprocessor stay whole. */
 static void strip(text *out, const char *s)
 {
     int whole = 0, begins = 1;
@@ -356,6 +357,10 @@ static void strip(text *out, const char *s)
             append(out, s++, 1);
             begins = 1;
         } else if (!whole && is_idle_zero(out, s)) s++;
+        else if (strncmp(s, "const in ", 9) == 0) {     /* the same as const */
+            append(out, s, 6);
+            s += 9;
+        }
         else if (*s == ' ' && !whole && (s[1] == ' ' || (out->size && !divides(out->data[out->size - 1], s[1])))) s++;
         else append(out, s++, 1);
     }
