@@ -11,7 +11,7 @@
 enum { BANDS = 5, COEFS = BANDS * BANDS, PIECES = 32, KINDS = 6, LAMPS = 2, ENTITIES = PIECES + LAMPS };
 enum { LAMP_LIGHT, SKY_LIGHT, LAMP_COUNT };             /* knobs */
 
-static const float lamp_radius = 0.025f, lamp_height = 0.11f, grip = 0.03f, cell = 0.005f;
+static const float lamp_radius = 0.1f, lamp_height = 0.25f, grip = 0.03f, cell = 0.005f;
 static const float sky_tint[3] = { 0.75f, 0.87f, 1 };
 static const float game_time = 7.99f;                   /* seconds; ten moves have been played */
 
@@ -29,52 +29,76 @@ static struct game {
 /* The board's mesh is the scene's first, pieces follow. */
 static const ex_mesh *mesh_of(int kind) { return &game.model.scene.meshes[1 + kind]; }
 
-/* The triangles of a piece on a grid of cells: those with corners in three of them. Small details cast no shadow
-   that the fields could tell, and time grows with triangles. indices has room for all; returns how many there are. */
-static size_t simplify(const ex_mesh *from, uint32_t *cells, uint32_t *indices)
+/* The first vertex of the cell that vertex i lies in, by a table of as many slots as a power of two above twice the
+   vertices; slots hold a vertex + 1, or 0. */
+static uint32_t first_in_cell(const ex_mesh *from, uint32_t i, uint32_t *slots, uint32_t slot_count)
 {
-    size_t count = 0;
-    for (uint32_t i = 0; i < from->vertex_count; i++) {
-        const float *p = from->positions + 3 * (size_t)i;
-        uint32_t k = 0;                         /* the first vertex of the same cell stands for all of it */
-        while (k < i) {
-            const float *q = from->positions + 3 * (size_t)k;
-            int same = cells[k] == k;
-            for (int axis = 0; axis < 3; axis++) same &= floorf(p[axis] / cell) == floorf(q[axis] / cell);
-            if (same) break;
-            k++;
-        }
-        cells[i] = k;
+    const float *p = from->positions + 3 * (size_t)i;
+    int at[3];
+    uint32_t slot = 0;
+    for (int axis = 0; axis < 3; axis++) {
+        at[axis] = (int)floorf(p[axis] / cell);
+        slot = slot * 73856093u + (uint32_t)at[axis];
     }
-    for (uint32_t t = 0; t < from->triangle_count; t++) {
+    for (slot *= 2654435769u, slot >>= 8;; slot++) {
+        uint32_t *taken = &slots[slot & (slot_count - 1)];
+        const float *q = from->positions + 3 * (size_t)(*taken ? *taken - 1 : i);
+        int same = 1;
+        for (int axis = 0; axis < 3; axis++) same &= (int)floorf(q[axis] / cell) == at[axis];
+        if (!*taken) *taken = i + 1;
+        if (same) return *taken - 1;
+    }
+}
+
+/* The triangles of a piece on a grid of cells: those with corners in three of them, each corner the first vertex of its
+   cell. Small details cast no shadow that the fields could tell, and time grows with triangles. indices has room for
+   all; their number is written to count. */
+static int simplify(const ex_mesh *from, uint32_t *indices, size_t *count)
+{
+    uint32_t slot_count = 1;
+    uint32_t *cells = malloc(from->vertex_count * sizeof *cells), *slots;
+    while (slot_count < 2 * from->vertex_count) slot_count *= 2;
+    slots = calloc(slot_count, sizeof *slots);
+    for (uint32_t i = 0; cells && slots && i < from->vertex_count; i++)
+        cells[i] = first_in_cell(from, i, slots, slot_count);
+    *count = 0;
+    for (uint32_t t = 0; cells && slots && t < from->triangle_count; t++) {
         const uint32_t *c = from->indices + 3 * (size_t)t, i = cells[c[0]], j = cells[c[1]], k = cells[c[2]];
         if (i == j || j == k || k == i) continue;
-        indices[count++] = i;
-        indices[count++] = j;
-        indices[count++] = k;
+        indices[(*count)++] = i;
+        indices[(*count)++] = j;
+        indices[(*count)++] = k;
     }
-    return count;
+    free(cells);
+    free(slots);
+    return cells && slots ? 0 : -1;
 }
 
 static int build_kind(int kind)
 {
     const ex_mesh *from = mesh_of(kind);
-    uint32_t *cells = malloc(from->vertex_count * sizeof *cells);
     uint32_t *indices = malloc(3 * from->triangle_count * sizeof *indices);
     sfield_mesh mesh = { from->positions, from->vertex_count, 0, indices, 0, NULL, NULL, NULL };
     sfield_desc desc;
-    int failed = !cells || !indices;
+    int failed = !indices;
     memset(&desc, 0, sizeof desc);
     desc.bands = BANDS;
     desc.cube_side = 16;
-    desc.position_side = 10;                    /* coarser than by default, since a browser builds them as you wait */
+    desc.position_side = 8;                     /* coarser than by default, since a browser builds them as you wait */
     desc.shell_count = 6;
     desc.outer = 3;                             /* further off a piece is too small for the bands, and costs time */
-    if (!failed) mesh.index_count = simplify(from, cells, indices);
-    failed = failed || sfield_build(&desc, &mesh, &game.kinds[kind], NULL) != SFIELD_OK;
-    free(cells);
+    failed = failed || simplify(from, indices, &mesh.index_count) != 0 ||
+             sfield_build(&desc, &mesh, &game.kinds[kind], NULL) != SFIELD_OK;
     free(indices);
     return failed ? -1 : 0;
+}
+
+/* The board has no field, since a slab that everything stands on is near to all points: it is laid into the table, 2.5
+   millimetres high, and throws hardly a shadow. */
+static void lay_in(ex_scene *scene)
+{
+    ex_object *table = &scene->objects[scene->object_count - 1];
+    table->transform[13] += 0.0155f;
 }
 
 static int build(char *error)
@@ -94,6 +118,7 @@ static int build(char *error)
         ex_scene_free(&scene);
         return -1;
     }
+    lay_in(&scene);
     if (pg_model_take(&game.model, &scene, 1, error) != 0) return -1;
     failed = sfield_algebra_create(BANDS, NULL, &game.algebra) != SFIELD_OK ||
              sfield_build_emitter(&desc, &lamp, &game.lamp, NULL) != SFIELD_OK;
@@ -213,13 +238,27 @@ static glbk_result place(pg_stage *stage, const float knobs[PG_KNOBS])
     return glbk_sfield_scene_entities(stage->gl, &game.scene, entities, (size_t)(PIECES + lamps));
 }
 
-/* A sky that is brighter above: coefficients of 1 and of y. */
+/* What a sky of light 1 sends from a height -1..1, before its tint: more from above, and nothing from below the table. */
+static float sky_at(float height) { return height > 0 ? 1 + 0.6f * height : 0; }
+
+/* The sky's coefficients, of light 1 and without its tint. */
+static void project_sky(float coefs[COEFS])
+{
+    enum { SIDE = 16, TEXELS = 6 * SIDE * SIDE };
+    float texels[TEXELS], direction[3];
+    for (uint32_t i = 0; i < TEXELS; i++) {
+        sfield_cube_texel(SIDE, i, direction);
+        texels[i] = sky_at(direction[1]);
+    }
+    sfield_sh_project(BANDS, SIDE, texels, 1, coefs);
+}
+
 static glbk_result set_sky(pg_stage *stage, float light)
 {
-    float coefs[3 * COEFS] = { 0 };
+    float one[COEFS], coefs[3 * COEFS];
+    project_sky(one);
     for (int k = 0; k < 3; k++) {
-        coefs[COEFS * k] = 3.5449f * light * sky_tint[k];
-        coefs[COEFS * k + 1] = 0.6f * 2.0467f * light * sky_tint[k];
+        for (int i = 0; i < COEFS; i++) coefs[COEFS * k + i] = light * sky_tint[k] * one[i];
         stage->backdrop[k] = 0.5f * light * sky_tint[k] + 0.01f;
     }
     return glbk_sfield_scene_sky(stage->gl, &game.scene, light > 0 ? coefs : NULL);
@@ -268,9 +307,9 @@ int pg_scene_lights(const pg_stage *stage, const float knobs[PG_KNOBS], pg_light
     if (!out->sky.rgb) return ex_fail(error, "out of memory");
     out->sky.width = WIDTH;
     out->sky.height = HEIGHT;
-    for (uint32_t i = 0; i < WIDTH * HEIGHT; i++)       /* the same as set_sky's */
+    for (uint32_t i = 0; i < WIDTH * HEIGHT; i++)
         for (uint32_t k = 0; k < 3; k++)
             out->sky.rgb[3 * i + k] = knobs[SKY_LIGHT] * sky_tint[k] *
-                                      (1 + 0.6f * cosf(EX_PI * ((float)(i / WIDTH) + 0.5f) / HEIGHT));
+                                      sky_at(cosf(EX_PI * ((float)(i / WIDTH) + 0.5f) / HEIGHT));
     return 0;
 }

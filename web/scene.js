@@ -50,7 +50,7 @@ function handleAt(i) {
 const SCENES = {
     room: { create: () => DappleRoom, view: { azimuth: 1.5708, elevation: 0.12, distance: 1.9, up: 0.02 },
         limits: { azimuth: [0.95, 2.2], elevation: [-0.1, 0.6], distance: [1, 4] } },        // it has no front wall
-    game: { create: () => DappleGame, view: { azimuth: 1.1, elevation: 0.75, distance: 1.55, up: 0 }, limits: { elevation: [0.05, 1.5] } },
+    game: { create: () => DappleGame, view: { azimuth: 1.1, elevation: 0.75, distance: 1.9, up: 0.22 }, limits: { elevation: [0.05, 1.5] } },
     sky: { create: () => DappleSky, view: { azimuth: 1.2, elevation: 0.22, distance: 2.5, up: -0.1 }, limits: { elevation: [0, 1.5] } },
     filter: { create: () => DappleFilter, view: { azimuth: -1.5708, elevation: 0, distance: 2.35, up: 0 },
         limits: { azimuth: [-2.2, -0.95], elevation: [-0.3, 0.5], distance: [1, 4] } }
