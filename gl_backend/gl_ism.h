@@ -12,8 +12,8 @@
    - It needs gl_backend.h beside it, which makes the context object, textures and targets, and whose
      conventions, errors and rules about GL's state hold here; gl_programs.h, which makes programs;
      and gl_gbuffer.h, whose G-buffer is lit.
-   - Near points, windows of tiles and skies' VPLs come from ism.h. VPLs are chosen by ism.h or, from maps on
-     the GPU, by glbk_ism_choose; surfels are scattered by ism.h or by glbk_ism_scatter.
+   - Near points and skies' VPLs come from ism.h. VPLs and the windows of their tiles are chosen by ism.h or,
+     from maps on the GPU, by glbk_ism_choose; surfels are scattered by ism.h or by glbk_ism_scatter.
 
    Quick start
 
@@ -410,18 +410,21 @@ typedef struct glbk_ism_choice {        /* what glbk_ism_choose needs; read only
                                                            these */
     glbk_ism_sheet column_sums[GLBK_ISM_SUM_LEVELS];    /* the same of whole rows, one texel wide */
     glbk_ism_sheet drawn;               /* VPLs, 256 a row: place and area; normal; flux */
+    glbk_ism_sheet sights[2];           /* receivers that windows hold: pixels; places, normals */
+    glbk_ism_sheet windows[2];          /* of tiles, 256 a row, in this frame and the one before */
+    uint32_t       turn;                /* frames that had windows; 0 = none yet. Odd: windows[1] is newer */
     glbk_buffer    block;               /* the uniform block */
-    glbk_program   programs[7];         /* draw importances, running sums, VPLs and the table, then effects,
-                                           and boxes the first time and later */
+    glbk_program   programs[10];        /* draw importances, running sums, VPLs and the table; effects, and
+                                           boxes the first time and later; windows, and sights the same */
 } glbk_ism_choice;
 
 GLBK_DEF glbk_result glbk_ism_choice_create(glbk_context *ctx, const glbk_ism_maps *maps,
                                             const glbk_ism_choice_desc *desc, glbk_ism_choice *out);
 /* Makes what chooses the VPLs of maps, which must outlive it; glbk_ism_choice_free takes it back.
    maps     whose desc says how VPLs are chosen: vpl_count, importance, view_grid_side, blur_radius,
-            flux_share, no_inter_texel, unstable and seed count
+            flux_share, no_inter_texel, unstable, seed, window_rim and keep_hits count
    out      zeroed on errors
-   Memory   on the GPU: 20.5 bytes for each texel of the source (by flux 16.5), and 48 for each VPL
+   Memory   on the GPU: 20.5 bytes for each texel of the source (by flux 16.5), 80 for each VPL, and 82 KB
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or maps were not created. GLBK_ERR_DESC: a field is out of
             range, also of maps->desc. GLBK_ERR_LIMIT: width, or the rows of all faces, are above
             ctx->max_side or 32768. Those of programs, textures and targets */
@@ -431,18 +434,19 @@ GLBK_DEF glbk_result glbk_ism_choose(glbk_context *ctx, glbk_ism_choice *choice,
 /* Chooses the VPLs of a frame as ism_choose does among surfaces, by passes of fragments, in place of
    glbk_ism_vpls_upload. Nothing is read back, and the CPU waits for nothing. All vpl_count VPLs are in use;
    those of a black source are black.
-   maps     those of glbk_ism_choice_create. Near points that they have are forgotten, and tiles have no
-            windows (ism_zoom): choose on the CPU for those
+   maps     those of glbk_ism_choice_create. Near points that they have are forgotten: choose on the CPU for
+            those. Tiles have windows (ism_zoom) by what seen shows, as after ism_scatter
    texels   the source: RGBA32UI layers, three for each face, with the bits of floats: place; unit normal;
             flux of the channels in W, and area in m^2 (what ism_source says of them). glbk_rsm_map.texels are
             such. A texel whose flux is not 0..1e30, whose place is not finite or whose normal is not unit is
             never chosen
    seen     what the camera sees: the receivers, and the matrix that says which of them lie near a texel and
             how far VPLs may move between texels. Without the matrix nothing is guided and VPLs move as if
-            all was seen from afar. May be NULL with ISM_IMPORTANCE_FLUX
+            all was seen from afar. May be NULL with ISM_IMPORTANCE_FLUX; tiles have no windows then
    index    number of the frame; counts if maps->desc.unstable is set
    Cost     for each texel of the source 35 texels read by flux; else besides view_grid_side^2 receivers, and
-            three texels for each that its blur reaches, 169 by default. Each VPL looks at all others
+            three texels for each that its blur reaches, 169 by default. Each VPL looks at all others, and for
+            its window at 512 receivers, which are found among all pixels
    Errors   GLBK_ERR_ARGUMENT: a pointer that must be given is NULL, or an object was not created.
             GLBK_ERR_MISMATCH: maps are not those that the choice was made for, or texels have another size,
             format or number of layers. GLBK_ERR_LOST */
@@ -548,7 +552,9 @@ GLBK_DEF void glbk_ism_spread_free(glbk_context *ctx, glbk_ism_spread *spread);
     X(usampler2D, glbk_ism_row_sums2, 4)        /* and of blocks of these */                            \
     X(usampler2D, glbk_ism_column_sums0, 5)     /* the same of whole rows */                            \
     X(usampler2D, glbk_ism_column_sums1, 6)                                                             \
-    X(usampler2D, glbk_ism_column_sums2, 7)
+    X(usampler2D, glbk_ism_column_sums2, 7)                                                             \
+    X(usampler2DArray, glbk_ism_sights, 12)     /* receivers that lie farthest out */                   \
+    X(usampler2D, glbk_ism_windows, 13)         /* of VPLs: place; window and face */
 
 /* Of programs that scatter surfels. */
 #define GLBK_ISM_SPREAD_TEXTURES(X)                                                                     \
@@ -624,7 +630,7 @@ GLBK_DEF void glbk_ism_spread_free(glbk_context *ctx, glbk_ism_spread *spread);
     X(uint, blur_radius, 1)         /* of effects, in texels */                                         \
     X(uint, seed, 1)                /* of receivers */                                                  \
     X(float, flux_factor, 1)        /* what makes ism_desc.flux_share of a factor of fluxes */          \
-    X(uint, unused0, 1)
+    X(uint, windows, 1)             /* 0 = none; 1 = new ones; 2 = those of the last frame stay */
 
 #define GLBK_ISM_SCATTERING_MEMBERS(X)                                                                  \
     X(uint, triangle_count, 1)      /* of the mesh */                                                   \
@@ -992,7 +998,7 @@ static const struct { char s0[2065]; char end; } glbk__glsl_lib_ism_access_glsl 
     "}\n", 0
 };
 
-static const struct { char s0[1130]; char end; } glbk__glsl_lib_ism_bindings_glsl = {
+static const struct { char s0[1208]; char end; } glbk__glsl_lib_ism_bindings_glsl = {
     "\nuniform usampler2DArray glbk_ism_vpls,glbk_ism_surfels,glbk_ism_triangles;\n"
     "uniform sampler2DArray glbk_ism_positions;\n"
     "uniform usampler2D glbk_ism_atlas;\n"
@@ -1003,7 +1009,9 @@ static const struct { char s0[1130]; char end; } glbk__glsl_lib_ism_bindings_gls
     "uniform usampler2DArray glbk_ism_texels,glbk_ism_drawn,glbk_ism_box;\n"
     "uniform usampler2D glbk_ism_effects,glbk_ism_summed,glbk_ism_importances,\n"
     "glbk_ism_row_sums0,glbk_ism_row_sums1,glbk_ism_row_sums2,glbk_ism_column_sums0,\n"
-    "glbk_ism_column_sums1,glbk_ism_column_sums2,glbk_ism_values;\n"
+    "glbk_ism_column_sums1,glbk_ism_column_sums2;\n"
+    "uniform usampler2DArray glbk_ism_sights;\n"
+    "uniform usampler2D glbk_ism_windows,glbk_ism_values;\n"
     "uniform usampler2DArray glbk_ism_clusters;\n"
     "uniform usampler2D glbk_ism_shares,glbk_ism_runs0,glbk_ism_runs1,glbk_ism_runs2,\n"
     "glbk_ism_runs3,glbk_ism_effect_totals,glbk_ism_totals,glbk_ism_runs4,\n"
@@ -1051,7 +1059,7 @@ static const struct { char s0[312]; char end; } glbk__glsl_lib_ism_choosing_glsl
     "uint shift_bits,columns,pace,value_count,first_column,view_width,view_height,\n"
     "grid_side,guided,by_effect,by_mean,blur_radius,seed;\n"
     "float flux_factor;\n"
-    "uint unused0;\n"
+    "uint windows;\n"
     "}glbk_ism_choosing;\n", 0
 };
 
@@ -1334,12 +1342,12 @@ static const struct { char s0[627]; char end; } glbk__glsl_lib_ism_holes_glsl = 
     "}\n", 0
 };
 
-static const struct { char s0[1265]; char end; } glbk__glsl_lib_ism_inter_texel_glsl = {
-    "\n\n\n\n\n\n\nvoid ism_inter_texel(ivec2 texel,vec2 fraction,inout vec3 position,inout vec3 normal)\n"
+static const struct { char s0[1325]; char end; } glbk__glsl_lib_ism_inter_texel_glsl = {
+    "\n\n\n\n\n\n\nfloat ism_inter_texel(ivec2 texel,vec2 fraction,inout vec3 position,inout vec3 normal)\n"
     "{\n"
     "vec2 s=fraction-.5,from,to;\n"
     "vec3 p0=position,n0=normal,sum=vec3(.0),mixed=vec3(.0),offsets[4],normals[4];\n"
-    "float weights=.0,shares[4],behind=.0;\n"
+    "float weights=.0,shares[4],behind=.0,spacing=.0;\n"
     "int height=int(glbk_ism_choosing.face_height),face=texel.y/height;\n"
     "ivec2 lowest=ivec2(0,face*height);\n"
     "ivec2 highest=lowest+ivec2(int(glbk_ism_choosing.width),height)-1;\n"
@@ -1361,6 +1369,7 @@ static const struct { char s0[1265]; char end; } glbk__glsl_lib_ism_inter_texel_
     "d=vec3(.0);\n"
     "q.normal=vec3(.0);\n"
     "}\n"
+    "spacing=max(spacing,length(d));\n"
     "sum+=w*d;\n"
     "mixed+=w*q.normal;\n"
     "weights+=w;\n"
@@ -1375,6 +1384,7 @@ static const struct { char s0[1265]; char end; } glbk__glsl_lib_ism_inter_texel_
     "behind+=shares[k]/weights*dot(normals[k],offsets[k]-sum)*dot(normals[k],normal);\n"
     "position=p0+sum+max(behind,.0)*normal;\n"
     "}\n"
+    "return spacing;\n"
     "}\n", 0
 };
 
@@ -1967,8 +1977,8 @@ static const struct { char s0[452]; char end; } glbk__glsl_prog_ism_blur_frag = 
     "}\n", 0
 };
 
-static const struct { char s0[1540]; char end; } glbk__glsl_prog_ism_choose_frag = {
-    "\n\n\n\n\nlayout(location=0)out uvec4 place;\n"
+static const struct { char s0[1605]; char end; } glbk__glsl_prog_ism_choose_frag = {
+    "\n\n\n\n\n\nlayout(location=0)out uvec4 place;\n"
     "layout(location=1)out uvec4 facing;\n"
     "layout(location=2)out uvec4 power;\n"
     "\nvoid main()\n"
@@ -1989,15 +1999,15 @@ static const struct { char s0[1540]; char end; } glbk__glsl_prog_ism_choose_frag
     "ivec2(0,texel.y),ivec2(1,0),width,x);\n"
     "float weight=ism_weight(texelFetch(glbk_ism_importances,texel,0),least);\n"
     "vec2 fraction=min(vec2(x/weight,y/row),vec2(.99999994));\n"
-    "float scale=total/(float(n)*weight);\n"
+    "float scale=total/(float(n)*weight),spacing=.0;\n"
     "ism_pvpl p=ism_read_pvpl(texel);\n"
-    "if(glbk_ism_choosing.inter_texel!=0u)ism_inter_texel(texel,fraction,p.position,p.normal);\n"
+    "if(glbk_ism_choosing.inter_texel!=0u)spacing=ism_inter_texel(texel,fraction,p.position,p.normal);\n"
     "p.normal=normalize(p.normal);\n"
     "float area=p.area*scale;\n"
     "if(!cohsm_finite(area)||area<.0)area=.0;\n"
     "place=floatBitsToUint(vec4(p.position,area));\n"
-    "facing=floatBitsToUint(vec4(p.normal,.0));\n"
-    "power=floatBitsToUint(vec4(min(p.flux*scale,vec3(1e30)),.0));\n"
+    "facing=floatBitsToUint(vec4(p.normal,spacing));\n"
+    "power=floatBitsToUint(vec4(min(p.flux*scale,vec3(1e30)),texel.y/int(glbk_ism_choosing.face_height)));\n"
     "}\n", 0
 };
 
@@ -2064,7 +2074,7 @@ static const struct { char s0[557]; char end; } glbk__glsl_prog_ism_counts_frag 
     "}\n", 0
 };
 
-static const struct { char s0[1146]; char end; } glbk__glsl_prog_ism_edges_frag = {
+static const struct { char s0[1309]; char end; } glbk__glsl_prog_ism_edges_frag = {
     "\n\n\n\n\nlayout(location=0)out uvec4 result;\n"
     "\nvec4 ism_drawn(uint v,int k)\n"
     "{\n"
@@ -2098,6 +2108,10 @@ static const struct { char s0[1146]; char end; } glbk__glsl_prog_ism_edges_frag 
     "else if(part==2u)texel=vec4(ism_drawn(v,2).xyz,.0);\n"
     "else texel=vec4(normal.xyz,.0);\n"
     "if(part==1u&&!black)texel.w=ism_edge(v,place.xyz,normal.xyz,place.w);\n"
+    "if(part==3u&&glbk_ism_choosing.windows!=0u){\n"
+    "uint window=texelFetch(glbk_ism_windows,ivec2(v&255u,v>>8),0).w;\n"
+    "if(window>>31==0u)texel.w=float(window&0xffffffu);\n"
+    "}\n"
     "result=floatBitsToUint(texel);\n"
     "}\n", 0
 };
@@ -2634,6 +2648,64 @@ static const struct { char s0[642]; char end; } glbk__glsl_prog_ism_shares_frag 
     "}\n", 0
 };
 
+static const struct { char s0[1721]; char end; } glbk__glsl_prog_ism_sights_frag = {
+    "\n\n\n\n\n\n#ifndef FROM\n"
+    "#define FROM 0\n"
+    "#endif\n"
+    "layout(location=0)out uvec4 first;\n"
+    "layout(location=1)out uvec4 second;\n"
+    "\n\nvec4 ism_reach(vec3 p,float z)\n"
+    "{\n"
+    "return p.x*vec4(-1.,1.,-1.,1.)+.9*(p.y*vec4(-1.,-1.,1.,1.))+1.1*z;\n"
+    "}\n"
+    "\n\nvoid ism_keep(uint pixel,vec4 reach,inout uvec4 best,inout vec4 most)\n"
+    "{\n"
+    "bvec4 better=greaterThan(reach,most);\n"
+    "best+=(uvec4(pixel)-best)*uvec4(better);\n"
+    "most=max(reach,most);\n"
+    "}\n"
+    "\nvoid main()\n"
+    "{\n"
+    "ivec2 at=ivec2(gl_FragCoord.xy),side=ivec2(glbk_ism_choosing.view_width,glbk_ism_choosing.view_height);\n"
+    "glbk_point p;\n"
+    "#if FROM == 0\n"
+    "int rows=8;\n"
+    "if(side.y<8)rows=1;\n"
+    "ivec2 blocks=ivec2(64/rows,rows),block=ivec2(at.x%blocks.x,at.x/blocks.x);\n"
+    "ivec2 from=side*block/blocks,to=side*(block+1)/blocks;\n"
+    "vec4 most0=vec4(-3e38),most1=most0;\n"
+    "first=second=uvec4(0u);\n"
+    "int y=from.y+(to.y-from.y)*at.y/32,end=from.y+(to.y-from.y)*(at.y+1)/32;\n"
+    "for(;y<end;y++)\n"
+    "for(int x=from.x;x<to.x;x++){\n"
+    "bool seen=glbk_read_point(ivec2(x,y),p);\n"
+    "if(seen&&cohsm_finite3(p.position)&&dot(p.normal,p.normal)>.25){\n"
+    "uint pixel=uint(y*side.x+x)+1u;\n"
+    "ism_keep(pixel,ism_reach(p.position,-p.position.z),first,most0);\n"
+    "ism_keep(pixel,ism_reach(p.position,p.position.z),second,most1);\n"
+    "}\n"
+    "}\n"
+    "#else\n"
+    "vec4 pick=vec4(equal(ivec4(at.y&3),ivec4(0,1,2,3)));\n"
+    "float most=-3e38;\n"
+    "first=second=uvec4(0u);\n"
+    "for(int k=0;k<32;k++){\n"
+    "uvec4 four=texelFetch(glbk_ism_sights,ivec3(at.x,k,at.y>>2),0)*uvec4(pick);\n"
+    "int pixel=int(four.x+four.y+four.z+four.w)-1,row=max(pixel,0)/side.x;\n"
+    "bool seen=glbk_read_point(ivec2(max(pixel,0)-row*side.x,row),p);\n"
+    "float z=p.position.z;\n"
+    "if(at.y<4)z=-z;\n"
+    "float reach=dot(pick,ism_reach(p.position,z));\n"
+    "if(seen&&pixel>=0&&reach>most){\n"
+    "most=reach;\n"
+    "first=floatBitsToUint(vec4(p.position,1.));\n"
+    "second=floatBitsToUint(vec4(p.geometric,.0));\n"
+    "}\n"
+    "}\n"
+    "#endif\n"
+    "}\n", 0
+};
+
 static const struct { char s0[1750]; char end; } glbk__glsl_prog_ism_sizes_frag = {
     "\n\n\n\nlayout(location=0)out uvec2 result;\n"
     "\n\nuint ism_multiply_high(uint a,uint b)\n"
@@ -2933,6 +3005,49 @@ static const struct { char s0[1192]; char end; } glbk__glsl_prog_ism_weigh_frag 
     "}\n", 0
 };
 
+static const struct { char s0[1591]; char end; } glbk__glsl_prog_ism_windows_frag = {
+    "\n\n\n\n\n\nlayout(location=0)out uvec4 result;\n"
+    "\nvec4 ism_drawn(ivec2 at,int k){return uintBitsToFloat(texelFetch(glbk_ism_drawn,ivec3(at,k),0));}\n"
+    "\nvoid main()\n"
+    "{\n"
+    "ivec2 at=ivec2(gl_FragCoord.xy);\n"
+    "vec4 facing=ism_drawn(at,1),across,down;\n"
+    "vec3 place=ism_drawn(at,0).xyz,moved;\n"
+    "uint face=(uint(ism_drawn(at,2).w)&127u)<<24,side=glbk_ism_frame.tile_side,window=0u;\n"
+    "uvec4 before=texelFetch(glbk_ism_windows,at,0);\n"
+    "vec2 lo=vec2(1.),hi=vec2(.0),uv;\n"
+    "bool black=dot(facing.xyz,facing.xyz)==.0;\n"
+    "if(black){\n"
+    "place=vec3(1e30);\n"
+    "facing.z=1.;\n"
+    "}\n"
+    "mat3 basis=ism_basis_of(facing.xyz);\n"
+    "for(int i=0;i<512;i++){\n"
+    "vec4 p=uintBitsToFloat(texelFetch(glbk_ism_sights,ivec3(i&63,i>>6,0),0));\n"
+    "vec3 n=uintBitsToFloat(texelFetch(glbk_ism_sights,ivec3(i&63,i>>6,1),0).xyz);\n"
+    "vec3 d=p.xyz-place,l=d*basis;\n"
+    "bool before_it=ism_map_coordinates(ism_projection_of(1.),1.,l/length(l),uv);\n"
+    "if(before_it&&p.w>.0&&dot(n,d)<.0){\n"
+    "lo=min(lo,uv);\n"
+    "hi=max(hi,uv);\n"
+    "}\n"
+    "}\n"
+    "vec2 pad=(hi-lo)*.015625;\n"
+    "uvec4 need=uvec4(clamp(64.*vec4(lo-pad,hi+pad),.0,63.));\n"
+    "need.zw=63u-need.zw;\n"
+    "uvec4 was=uvec4(before.w,before.w>>6,before.w>>12,before.w>>18)&63u;\n"
+    "moved=place-uintBitsToFloat(before.xyz);\n"
+    "bool known=glbk_ism_choosing.windows==2u&&(before.w&0x7f000000u)==face;\n"
+    "known=known&&dot(moved,moved)<=facing.w*facing.w;\n"
+    "uvec4 kept=uvec4(lessThanEqual(was,need))*uvec4(greaterThanEqual(was+2u,need));\n"
+    "if(known)need+=(was-need)*kept;\n"
+    "if(lo.x<=hi.x)window=need.x|need.y<<6|need.z<<12|need.w<<18;\n"
+    "ism_axes(window,side,glbk_ism_frame.window_rim,across,down);\n"
+    "if(min(across.x,down.x)>=float(side))face|=0x80000000u;\n"
+    "result=uvec4(floatBitsToUint(place),window|face);\n"
+    "}\n", 0
+};
+
 static const glbk_file glbk__ism_files[] = {
     { "lib/cohsm_math.glsl\0" "" "\0" "" "\0"
       "" "\0" "",
@@ -3066,6 +3181,9 @@ static const glbk_file glbk__ism_files[] = {
     { "prog/ism_shares.frag\0" "ism_densities" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_shares_frag },
+    { "prog/ism_sights.frag\0" "ism_pvpl gbuffer" "\0" "" "\0"
+      "FROM=0 | FROM=1" "\0" "",
+      (const char *)&glbk__glsl_prog_ism_sights_frag },
     { "prog/ism_sizes.frag\0" "cohsm_math ism_corners ism_fold ism_hash ism_scattering" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_sizes_frag },
@@ -3080,7 +3198,10 @@ static const glbk_file glbk__ism_files[] = {
       (const char *)&glbk__glsl_prog_ism_splat_vert },
     { "prog/ism_weigh.frag\0" "ism_pvpl" "\0" "" "\0"
       "" "\0" "",
-      (const char *)&glbk__glsl_prog_ism_weigh_frag }
+      (const char *)&glbk__glsl_prog_ism_weigh_frag },
+    { "prog/ism_windows.frag\0" "ism_map ism_bindings ism_choosing ism_frame" "\0" "" "\0"
+      "ISM_PROJECTION=1 | ISM_PROJECTION=2" "\0" "",
+      (const char *)&glbk__glsl_prog_ism_windows_frag }
 };
 
 
@@ -4222,7 +4343,8 @@ enum { GLBK__ISM_BLOCK = 32,        /* values that one block of running sums has
        GLBK__ISM_WIDEST = 32768 };  /* values that three levels of blocks sum up */
 
 enum { GLBK__ISM_WEIGH, GLBK__ISM_SCAN, GLBK__ISM_CHOOSE, GLBK__ISM_EDGES, GLBK__ISM_EFFECT, GLBK__ISM_EXTENT,
-       GLBK__ISM_CHOICE_PROGRAMS = GLBK__ISM_EXTENT + 2 };
+       GLBK__ISM_WINDOW = GLBK__ISM_EXTENT + 2, GLBK__ISM_SIGHT,
+       GLBK__ISM_CHOICE_PROGRAMS = GLBK__ISM_SIGHT + 2 };
 
 /* Returns whether effects on the picture count in the choice, and not flux alone. */
 static uint32_t glbk__ism_by_effect(const ism_desc *d) { return d->importance != ISM_IMPORTANCE_FLUX; }
@@ -4331,6 +4453,30 @@ static void glbk__ism_make_stack(glbk__ism_making *k, uint32_t width, uint32_t h
     glbk__ism_make_target(k, NULL, &out->texture, layers, &out->target);
 }
 
+/* Returns whether tiles have windows. Those for ism_bounce have none. */
+static int glbk__ism_has_windows(const ism_desc *d) { return d->window_rim > 0 && !d->keep_hits; }
+
+/* Makes what windows need. */
+static void glbk__ism_make_windows(glbk__ism_making *k, const ism_desc *d, glbk_ism_choice *c)
+{
+    char defines[] = "ISM_PROJECTION=1";
+    const glbk_texture *drawn = &c->drawn.texture;
+    uint32_t i;
+    if (!glbk__ism_has_windows(d)) return;
+    for (i = 0; i < 2; i++) {
+        glbk__ism_make_stack(k, 64, i ? 8 : 32, 2, &c->sights[i]);
+        glbk__ism_make_sheet(k, GLBK_FORMAT_RGBA32UI, drawn->width, drawn->height, &c->windows[i]);
+    }
+    defines[15] = (char)('0' + (int)d->projection);
+    k->defines = defines;
+    glbk__ism_make_program(k, "ism_windows.frag", &c->programs[GLBK__ISM_WINDOW]);
+    k->defines = NULL;
+    glbk__ism_make_program(k, "ism_sights.frag", &c->programs[GLBK__ISM_SIGHT]);
+    k->defines = "FROM=1";
+    glbk__ism_make_program(k, "ism_sights.frag", &c->programs[GLBK__ISM_SIGHT + 1]);
+    k->defines = NULL;
+}
+
 /* Makes what effects on the picture need. By flux alone there is one texel, which nobody reads. */
 static void glbk__ism_make_effects(glbk__ism_making *k, uint32_t by_effect, glbk_ism_choice *c)
 {
@@ -4357,6 +4503,7 @@ static glbk_result glbk__ism_create_choice(glbk_context *ctx, const glbk_ism_map
     glbk__ism_make_effects(&k, glbk__ism_by_effect(&m->desc), c);
     glbk__ism_make_stack(&k, GLBK__ISM_ROW, (m->desc.vpl_count + GLBK__ISM_ROW - 1) / GLBK__ISM_ROW, 3,
                          &c->drawn);
+    glbk__ism_make_windows(&k, &m->desc, c);
     glbk__ism_make_target(&k, NULL, &m->vpls, 1, &c->table_target);
     glbk__ism_make_block(&k, sizeof(glbk_ism_choosing), &c->block);
     glbk__ism_make_passes(&k, "ism_weigh.frag\0ism_scan.frag\0ism_choose.frag\0ism_edges.frag\0",
@@ -4385,15 +4532,12 @@ GLBK_DEF glbk_result glbk_ism_choice_create(glbk_context *ctx, const glbk_ism_ma
 }
 
 /* Sets how effects on the picture are weighed, as ism_choose does. */
-static void glbk__ism_weighing_of(const glbk_ism_choice *c, const ism_desc *maps, const glbk_gbuffer *seen,
-                                  glbk_ism_choosing *b)
+static void glbk__ism_weighing_of(const glbk_ism_choice *c, const ism_desc *maps, glbk_ism_choosing *b)
 {
     const uint32_t side = c->desc.width < c->desc.height ? c->desc.width : c->desc.height;
     const double share = maps->flux_share > 0 ? (double)maps->flux_share : (double)0.1f;
     uint32_t radius = maps->blur_radius > 0 ? (uint32_t)maps->blur_radius : 0;
     if (!maps->blur_radius) radius = side < 120 ? (uint32_t)(0.05f * (float)side) : 6;
-    b->view_width = seen->width;
-    b->view_height = seen->height;
     b->grid_side = maps->view_grid_side ? maps->view_grid_side : 4;
     b->guided = maps->importance != ISM_IMPORTANCE_BRSM && maps->importance != ISM_IMPORTANCE_BRSM_MEAN;
     b->by_mean = maps->importance == ISM_IMPORTANCE_BRSM_MEAN ||
@@ -4409,6 +4553,11 @@ static void glbk__ism_set_choosing(const glbk_ism_choice *c, const ism_desc *map
 {
     const uint32_t key = maps->unstable ? glbk_ism__hash_combine(maps->seed, index) : maps->seed;
     memset(b, 0, sizeof *b);
+    if (seen) {
+        b->view_width = seen->width;
+        b->view_height = seen->height;
+    }
+    if (seen && glbk__ism_has_windows(maps)) b->windows = c->turn && !maps->unstable ? 2 : 1;
     if (seen && seen->has_clip) memcpy(b->world_to_clip, seen->world_to_clip, sizeof b->world_to_clip);
     b->width = c->desc.width;
     b->face_height = c->desc.height;
@@ -4418,7 +4567,7 @@ static void glbk__ism_set_choosing(const glbk_ism_choice *c, const ism_desc *map
     b->shift_bits = glbk_ism__hash_combine(key, 12);
     b->seed = key;
     b->by_effect = glbk__ism_by_effect(maps);
-    if (b->by_effect) glbk__ism_weighing_of(c, maps, seen, b);
+    if (b->by_effect) glbk__ism_weighing_of(c, maps, b);
 }
 
 /* Draws a pass over a whole target by a program that reads what is bound after it has begun. */
@@ -4484,8 +4633,33 @@ static glbk_result glbk__ism_draw_effects(glbk_context *ctx, glbk_ism_choice *c,
     return GLBK_OK;
 }
 
-/* Draws the VPLs from the sums, and then the table of VPLs. */
-static glbk_result glbk__ism_draw_choice(glbk_context *ctx, glbk_ism_choice *c, const glbk_texture *texels,
+/* Draws which receivers lie farthest out, and the windows that hold them. */
+static glbk_result glbk__ism_draw_windows(glbk_context *ctx, glbk_ism_choice *c, const glbk_ism_maps *m,
+                                          const glbk_gbuffer *seen, const glbk_ism_choosing *b)
+{
+    glbk_result result;
+    uint32_t k;
+    for (k = 0; k < 2; k++) {
+        result = glbk__ism_begin_choice(ctx, c, &c->sights[k].target, GLBK__ISM_SIGHT + (int)k, b);
+        if (result != GLBK_OK) return result;
+        if (k) glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_sights, &c->sights[0].texture);
+        (void)glbk_gbuffer_bind(ctx, seen, NULL);       /* The caller has checked it. */
+        glbk_draw_screen(ctx);
+    }
+    k = ++c->turn & 1;
+    result = glbk__ism_begin_choice(ctx, c, &c->windows[k].target, GLBK__ISM_WINDOW, b);
+    if (result != GLBK_OK) return result;
+    glbk_bind_block(ctx, GLBK_SLOT_glbk_ism_frame, &m->frame);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_drawn, &c->drawn.texture);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_sights, &c->sights[1].texture);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_windows, &c->windows[!k].texture);
+    glbk_draw_screen(ctx);
+    return GLBK_OK;
+}
+
+/* Draws the VPLs from the sums, their windows, and then the table of VPLs. */
+static glbk_result glbk__ism_draw_choice(glbk_context *ctx, glbk_ism_choice *c, const glbk_ism_maps *m,
+                                         const glbk_texture *texels, const glbk_gbuffer *seen,
                                          const glbk_ism_choosing *b)
 {
     glbk_result result = glbk__ism_begin_choice(ctx, c, &c->drawn.target, GLBK__ISM_CHOOSE, b);
@@ -4498,9 +4672,14 @@ static glbk_result glbk__ism_draw_choice(glbk_context *ctx, glbk_ism_choice *c, 
         glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_column_sums0 + k, &c->column_sums[k].texture);
     }
     glbk_draw_screen(ctx);
-    result = glbk__ism_begin_choice(ctx, c, &c->table_target, GLBK__ISM_EDGES, b);
+    if (b->windows) result = glbk__ism_draw_windows(ctx, c, m, seen, b);
+    else c->turn = 0;
+    if (result == GLBK_OK) result = glbk__ism_begin_choice(ctx, c, &c->table_target, GLBK__ISM_EDGES, b);
     if (result != GLBK_OK) return result;
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_drawn, &c->drawn.texture);
+    /* A sampler that is not read may not be without whole numbers either. */
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_windows,
+                      b->windows ? &c->windows[c->turn & 1].texture : &c->importances.texture);
     glbk_draw_screen(ctx);
     return GLBK_OK;
 }
@@ -4537,7 +4716,7 @@ GLBK_DEF glbk_result glbk_ism_choose(glbk_context *ctx, glbk_ism_choice *c, glbk
     glbk_ism_choosing b;
     glbk_result result = glbk__ism_check_choose(ctx, __func__, c, m, texels);
     if (result != GLBK_OK) return result;
-    if (glbk__ism_by_effect(&m->desc))
+    if (seen || glbk__ism_by_effect(&m->desc))
         result = glbk__require_created(ctx, __func__, "seen", seen ? &seen->colors.name : NULL);
     if (result != GLBK_OK) return result;
     glbk__ism_set_choosing(c, &m->desc, seen, index, &b);
@@ -4552,7 +4731,7 @@ GLBK_DEF glbk_result glbk_ism_choose(glbk_context *ctx, glbk_ism_choice *c, glbk
     if (result == GLBK_OK)
         result = glbk__ism_scan(ctx, c, &b, &c->row_sums[GLBK_ISM_SUM_LEVELS - 1].texture,
                                 glbk__ism_source_rows(&c->desc), 1);
-    if (result == GLBK_OK) result = glbk__ism_draw_choice(ctx, c, texels, &b);
+    if (result == GLBK_OK) result = glbk__ism_draw_choice(ctx, c, m, texels, seen, &b);
     if (result != GLBK_OK) return result;
     if (m->vpl_count == m->desc.vpl_count && !m->near_point_count) return GLBK_OK;  /* the block says so */
     m->vpl_count = m->desc.vpl_count;
@@ -4571,6 +4750,8 @@ GLBK_DEF void glbk_ism_choice_free(glbk_context *ctx, glbk_ism_choice *c)
     glbk__ism_free_sheets(ctx, c->row_sums, GLBK_ISM_SUM_LEVELS);
     glbk__ism_free_sheets(ctx, c->column_sums, GLBK_ISM_SUM_LEVELS);
     glbk__ism_free_sheets(ctx, &c->drawn, 1);
+    glbk__ism_free_sheets(ctx, c->sights, 2);
+    glbk__ism_free_sheets(ctx, c->windows, 2);
     glbk_target_free(ctx, &c->table_target);
     glbk_buffer_free(ctx, &c->block);
     memset(c, 0, sizeof *c);

@@ -28,7 +28,9 @@
     X(usampler2D, glbk_ism_row_sums2, 4)        /* and of blocks of these */                            \
     X(usampler2D, glbk_ism_column_sums0, 5)     /* the same of whole rows */                            \
     X(usampler2D, glbk_ism_column_sums1, 6)                                                             \
-    X(usampler2D, glbk_ism_column_sums2, 7)
+    X(usampler2D, glbk_ism_column_sums2, 7)                                                             \
+    X(usampler2DArray, glbk_ism_sights, 12)     /* receivers that lie farthest out */                   \
+    X(usampler2D, glbk_ism_windows, 13)         /* of VPLs: place; window and face */
 
 /* Of programs that scatter surfels. */
 #define GLBK_ISM_SPREAD_TEXTURES(X)                                                                     \
@@ -104,7 +106,7 @@
     X(uint, blur_radius, 1)         /* of effects, in texels */                                         \
     X(uint, seed, 1)                /* of receivers */                                                  \
     X(float, flux_factor, 1)        /* what makes ism_desc.flux_share of a factor of fluxes */          \
-    X(uint, unused0, 1)
+    X(uint, windows, 1)             /* 0 = none; 1 = new ones; 2 = those of the last frame stay */
 
 #define GLBK_ISM_SCATTERING_MEMBERS(X)                                                                  \
     X(uint, triangle_count, 1)      /* of the mesh */                                                   \

@@ -5,7 +5,8 @@ enum { GLBK__ISM_BLOCK = 32,        /* values that one block of running sums has
        GLBK__ISM_WIDEST = 32768 };  /* values that three levels of blocks sum up */
 
 enum { GLBK__ISM_WEIGH, GLBK__ISM_SCAN, GLBK__ISM_CHOOSE, GLBK__ISM_EDGES, GLBK__ISM_EFFECT, GLBK__ISM_EXTENT,
-       GLBK__ISM_CHOICE_PROGRAMS = GLBK__ISM_EXTENT + 2 };
+       GLBK__ISM_WINDOW = GLBK__ISM_EXTENT + 2, GLBK__ISM_SIGHT,
+       GLBK__ISM_CHOICE_PROGRAMS = GLBK__ISM_SIGHT + 2 };
 
 /* Returns whether effects on the picture count in the choice, and not flux alone. */
 static uint32_t glbk__ism_by_effect(const ism_desc *d) { return d->importance != ISM_IMPORTANCE_FLUX; }
@@ -114,6 +115,30 @@ static void glbk__ism_make_stack(glbk__ism_making *k, uint32_t width, uint32_t h
     glbk__ism_make_target(k, NULL, &out->texture, layers, &out->target);
 }
 
+/* Returns whether tiles have windows. Those for ism_bounce have none. */
+static int glbk__ism_has_windows(const ism_desc *d) { return d->window_rim > 0 && !d->keep_hits; }
+
+/* Makes what windows need. */
+static void glbk__ism_make_windows(glbk__ism_making *k, const ism_desc *d, glbk_ism_choice *c)
+{
+    char defines[] = "ISM_PROJECTION=1";
+    const glbk_texture *drawn = &c->drawn.texture;
+    uint32_t i;
+    if (!glbk__ism_has_windows(d)) return;
+    for (i = 0; i < 2; i++) {
+        glbk__ism_make_stack(k, 64, i ? 8 : 32, 2, &c->sights[i]);
+        glbk__ism_make_sheet(k, GLBK_FORMAT_RGBA32UI, drawn->width, drawn->height, &c->windows[i]);
+    }
+    defines[15] = (char)('0' + (int)d->projection);
+    k->defines = defines;
+    glbk__ism_make_program(k, "ism_windows.frag", &c->programs[GLBK__ISM_WINDOW]);
+    k->defines = NULL;
+    glbk__ism_make_program(k, "ism_sights.frag", &c->programs[GLBK__ISM_SIGHT]);
+    k->defines = "FROM=1";
+    glbk__ism_make_program(k, "ism_sights.frag", &c->programs[GLBK__ISM_SIGHT + 1]);
+    k->defines = NULL;
+}
+
 /* Makes what effects on the picture need. By flux alone there is one texel, which nobody reads. */
 static void glbk__ism_make_effects(glbk__ism_making *k, uint32_t by_effect, glbk_ism_choice *c)
 {
@@ -140,6 +165,7 @@ static glbk_result glbk__ism_create_choice(glbk_context *ctx, const glbk_ism_map
     glbk__ism_make_effects(&k, glbk__ism_by_effect(&m->desc), c);
     glbk__ism_make_stack(&k, GLBK__ISM_ROW, (m->desc.vpl_count + GLBK__ISM_ROW - 1) / GLBK__ISM_ROW, 3,
                          &c->drawn);
+    glbk__ism_make_windows(&k, &m->desc, c);
     glbk__ism_make_target(&k, NULL, &m->vpls, 1, &c->table_target);
     glbk__ism_make_block(&k, sizeof(glbk_ism_choosing), &c->block);
     glbk__ism_make_passes(&k, "ism_weigh.frag\0ism_scan.frag\0ism_choose.frag\0ism_edges.frag\0",
@@ -168,15 +194,12 @@ GLBK_DEF glbk_result glbk_ism_choice_create(glbk_context *ctx, const glbk_ism_ma
 }
 
 /* Sets how effects on the picture are weighed, as ism_choose does. */
-static void glbk__ism_weighing_of(const glbk_ism_choice *c, const ism_desc *maps, const glbk_gbuffer *seen,
-                                  glbk_ism_choosing *b)
+static void glbk__ism_weighing_of(const glbk_ism_choice *c, const ism_desc *maps, glbk_ism_choosing *b)
 {
     const uint32_t side = c->desc.width < c->desc.height ? c->desc.width : c->desc.height;
     const double share = maps->flux_share > 0 ? (double)maps->flux_share : (double)0.1f;
     uint32_t radius = maps->blur_radius > 0 ? (uint32_t)maps->blur_radius : 0;
     if (!maps->blur_radius) radius = side < 120 ? (uint32_t)(0.05f * (float)side) : 6;
-    b->view_width = seen->width;
-    b->view_height = seen->height;
     b->grid_side = maps->view_grid_side ? maps->view_grid_side : 4;
     b->guided = maps->importance != ISM_IMPORTANCE_BRSM && maps->importance != ISM_IMPORTANCE_BRSM_MEAN;
     b->by_mean = maps->importance == ISM_IMPORTANCE_BRSM_MEAN ||
@@ -192,6 +215,11 @@ static void glbk__ism_set_choosing(const glbk_ism_choice *c, const ism_desc *map
 {
     const uint32_t key = maps->unstable ? glbk_ism__hash_combine(maps->seed, index) : maps->seed;
     memset(b, 0, sizeof *b);
+    if (seen) {
+        b->view_width = seen->width;
+        b->view_height = seen->height;
+    }
+    if (seen && glbk__ism_has_windows(maps)) b->windows = c->turn && !maps->unstable ? 2 : 1;
     if (seen && seen->has_clip) memcpy(b->world_to_clip, seen->world_to_clip, sizeof b->world_to_clip);
     b->width = c->desc.width;
     b->face_height = c->desc.height;
@@ -201,7 +229,7 @@ static void glbk__ism_set_choosing(const glbk_ism_choice *c, const ism_desc *map
     b->shift_bits = glbk_ism__hash_combine(key, 12);
     b->seed = key;
     b->by_effect = glbk__ism_by_effect(maps);
-    if (b->by_effect) glbk__ism_weighing_of(c, maps, seen, b);
+    if (b->by_effect) glbk__ism_weighing_of(c, maps, b);
 }
 
 /* Draws a pass over a whole target by a program that reads what is bound after it has begun. */
@@ -267,8 +295,33 @@ static glbk_result glbk__ism_draw_effects(glbk_context *ctx, glbk_ism_choice *c,
     return GLBK_OK;
 }
 
-/* Draws the VPLs from the sums, and then the table of VPLs. */
-static glbk_result glbk__ism_draw_choice(glbk_context *ctx, glbk_ism_choice *c, const glbk_texture *texels,
+/* Draws which receivers lie farthest out, and the windows that hold them. */
+static glbk_result glbk__ism_draw_windows(glbk_context *ctx, glbk_ism_choice *c, const glbk_ism_maps *m,
+                                          const glbk_gbuffer *seen, const glbk_ism_choosing *b)
+{
+    glbk_result result;
+    uint32_t k;
+    for (k = 0; k < 2; k++) {
+        result = glbk__ism_begin_choice(ctx, c, &c->sights[k].target, GLBK__ISM_SIGHT + (int)k, b);
+        if (result != GLBK_OK) return result;
+        if (k) glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_sights, &c->sights[0].texture);
+        (void)glbk_gbuffer_bind(ctx, seen, NULL);       /* The caller has checked it. */
+        glbk_draw_screen(ctx);
+    }
+    k = ++c->turn & 1;
+    result = glbk__ism_begin_choice(ctx, c, &c->windows[k].target, GLBK__ISM_WINDOW, b);
+    if (result != GLBK_OK) return result;
+    glbk_bind_block(ctx, GLBK_SLOT_glbk_ism_frame, &m->frame);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_drawn, &c->drawn.texture);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_sights, &c->sights[1].texture);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_windows, &c->windows[!k].texture);
+    glbk_draw_screen(ctx);
+    return GLBK_OK;
+}
+
+/* Draws the VPLs from the sums, their windows, and then the table of VPLs. */
+static glbk_result glbk__ism_draw_choice(glbk_context *ctx, glbk_ism_choice *c, const glbk_ism_maps *m,
+                                         const glbk_texture *texels, const glbk_gbuffer *seen,
                                          const glbk_ism_choosing *b)
 {
     glbk_result result = glbk__ism_begin_choice(ctx, c, &c->drawn.target, GLBK__ISM_CHOOSE, b);
@@ -281,9 +334,14 @@ static glbk_result glbk__ism_draw_choice(glbk_context *ctx, glbk_ism_choice *c, 
         glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_column_sums0 + k, &c->column_sums[k].texture);
     }
     glbk_draw_screen(ctx);
-    result = glbk__ism_begin_choice(ctx, c, &c->table_target, GLBK__ISM_EDGES, b);
+    if (b->windows) result = glbk__ism_draw_windows(ctx, c, m, seen, b);
+    else c->turn = 0;
+    if (result == GLBK_OK) result = glbk__ism_begin_choice(ctx, c, &c->table_target, GLBK__ISM_EDGES, b);
     if (result != GLBK_OK) return result;
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_drawn, &c->drawn.texture);
+    /* A sampler that is not read may not be without whole numbers either. */
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_windows,
+                      b->windows ? &c->windows[c->turn & 1].texture : &c->importances.texture);
     glbk_draw_screen(ctx);
     return GLBK_OK;
 }
@@ -320,7 +378,7 @@ GLBK_DEF glbk_result glbk_ism_choose(glbk_context *ctx, glbk_ism_choice *c, glbk
     glbk_ism_choosing b;
     glbk_result result = glbk__ism_check_choose(ctx, __func__, c, m, texels);
     if (result != GLBK_OK) return result;
-    if (glbk__ism_by_effect(&m->desc))
+    if (seen || glbk__ism_by_effect(&m->desc))
         result = glbk__require_created(ctx, __func__, "seen", seen ? &seen->colors.name : NULL);
     if (result != GLBK_OK) return result;
     glbk__ism_set_choosing(c, &m->desc, seen, index, &b);
@@ -335,7 +393,7 @@ GLBK_DEF glbk_result glbk_ism_choose(glbk_context *ctx, glbk_ism_choice *c, glbk
     if (result == GLBK_OK)
         result = glbk__ism_scan(ctx, c, &b, &c->row_sums[GLBK_ISM_SUM_LEVELS - 1].texture,
                                 glbk__ism_source_rows(&c->desc), 1);
-    if (result == GLBK_OK) result = glbk__ism_draw_choice(ctx, c, texels, &b);
+    if (result == GLBK_OK) result = glbk__ism_draw_choice(ctx, c, m, texels, seen, &b);
     if (result != GLBK_OK) return result;
     if (m->vpl_count == m->desc.vpl_count && !m->near_point_count) return GLBK_OK;  /* the block says so */
     m->vpl_count = m->desc.vpl_count;
@@ -354,6 +412,8 @@ GLBK_DEF void glbk_ism_choice_free(glbk_context *ctx, glbk_ism_choice *c)
     glbk__ism_free_sheets(ctx, c->row_sums, GLBK_ISM_SUM_LEVELS);
     glbk__ism_free_sheets(ctx, c->column_sums, GLBK_ISM_SUM_LEVELS);
     glbk__ism_free_sheets(ctx, &c->drawn, 1);
+    glbk__ism_free_sheets(ctx, c->sights, 2);
+    glbk__ism_free_sheets(ctx, c->windows, 2);
     glbk_target_free(ctx, &c->table_target);
     glbk_buffer_free(ctx, &c->block);
     memset(c, 0, sizeof *c);

@@ -1,6 +1,7 @@
 // Draws VPLs from the importances (paper 4.1): VPL i where the running sum of all rows reaches (i + 0.5) / N of
 // the whole, in its row by a golden ratio sequence. One whose importances are all 0 is black. Three pictures,
-// 256 VPLs a row: place and area; normal, 0 0 0 of black ones; flux.
+// 256 VPLs a row: place and area; normal, 0 0 0 of black ones, and how far the VPL may move before it has jumped;
+// flux and face.
 // uses: ism_search ism_hash ism_inter_texel
 // with: screen.vert
 layout(location = 0) out uvec4 place;
@@ -25,13 +26,13 @@ void main()
                          ivec2(0, texel.y), ivec2(1, 0), width, x);
     float weight = ism_weight(texelFetch(glbk_ism_importances, texel, 0), least);
     vec2 fraction = min(vec2(x / weight, y / row), vec2(0.99999994));
-    float scale = total / (float(n) * weight);          // 1 over N and the probability
+    float scale = total / (float(n) * weight), spacing = 0.0;       // 1 over N and the probability
     ism_pvpl p = ism_read_pvpl(texel);
-    if (glbk_ism_choosing.inter_texel != 0u) ism_inter_texel(texel, fraction, p.position, p.normal);
+    if (glbk_ism_choosing.inter_texel != 0u) spacing = ism_inter_texel(texel, fraction, p.position, p.normal);
     p.normal = normalize(p.normal);
     float area = p.area * scale;
     if (!cohsm_finite(area) || area < 0.0) area = 0.0;
     place = floatBitsToUint(vec4(p.position, area));
-    facing = floatBitsToUint(vec4(p.normal, 0.0));
-    power = floatBitsToUint(vec4(min(p.flux * scale, vec3(1e30)), 0.0));
+    facing = floatBitsToUint(vec4(p.normal, spacing));
+    power = floatBitsToUint(vec4(min(p.flux * scale, vec3(1e30)), texel.y / int(glbk_ism_choosing.face_height)));
 }

@@ -1,6 +1,6 @@
 // Draws the table of VPLs, four texels each, from the pictures of ism_choose.frag, and finds meanwhile the edges
 // of the squares that VPLs become for receivers near by. A square has the VPL's area, but reaches no farther
-// than its neighbours are. VPLs at one place share a square of their areas' sum.
+// than its neighbours are. VPLs at one place share a square of their areas' sum. The tiles' windows are added.
 // uses: ism_bindings
 // with: screen.vert
 layout(location = 0) out uvec4 result;
@@ -39,5 +39,9 @@ void main()
     else if (part == 2u) texel = vec4(ism_drawn(v, 2).xyz, 0.0);
     else texel = vec4(normal.xyz, 0.0);
     if (part == 1u && !black) texel.w = ism_edge(v, place.xyz, normal.xyz, place.w);
+    if (part == 3u && glbk_ism_choosing.windows != 0u) {
+        uint window = texelFetch(glbk_ism_windows, ivec2(v & 255u, v >> 8), 0).w;
+        if (window >> 31 == 0u) texel.w = float(window & 0xffffffu);
+    }
     result = floatBitsToUint(texel);
 }

@@ -4,12 +4,12 @@
 // Moves place and normal of the VPL at (texel + fraction) to a mixture of the four texels about it, those
 // that lie on one surface. If the surface is curved, their chord may run behind it, and a VPL there would
 // light a sheet's back: the VPL lies on the chord or on the mean of the four tangent planes, whichever is
-// farther out.
-void ism_inter_texel(ivec2 texel, vec2 fraction, inout vec3 position, inout vec3 normal)
+// farther out. Returns the distance to the farthest of the texels.
+float ism_inter_texel(ivec2 texel, vec2 fraction, inout vec3 position, inout vec3 normal)
 {
     vec2 s = fraction - 0.5, from, to;
     vec3 p0 = position, n0 = normal, sum = vec3(0.0), mixed = vec3(0.0), offsets[4], normals[4];
-    float weights = 0.0, shares[4], behind = 0.0;
+    float weights = 0.0, shares[4], behind = 0.0, spacing = 0.0;
     int height = int(glbk_ism_choosing.face_height), face = texel.y / height;
     ivec2 lowest = ivec2(0, face * height);
     ivec2 highest = lowest + ivec2(int(glbk_ism_choosing.width), height) - 1;
@@ -31,6 +31,7 @@ void ism_inter_texel(ivec2 texel, vec2 fraction, inout vec3 position, inout vec3
             d = vec3(0.0);
             q.normal = vec3(0.0);
         }
+        spacing = max(spacing, length(d));
         sum += w * d;
         mixed += w * q.normal;
         weights += w;
@@ -45,4 +46,5 @@ void ism_inter_texel(ivec2 texel, vec2 fraction, inout vec3 position, inout vec3
             behind += shares[k] / weights * dot(normals[k], offsets[k] - sum) * dot(normals[k], normal);
         position = p0 + sum + max(behind, 0.0) * normal;
     }
+    return spacing;
 }

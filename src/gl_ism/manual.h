@@ -12,8 +12,8 @@
    - It needs gl_backend.h beside it, which makes the context object, textures and targets, and whose
      conventions, errors and rules about GL's state hold here; gl_programs.h, which makes programs;
      and gl_gbuffer.h, whose G-buffer is lit.
-   - Near points, windows of tiles and skies' VPLs come from ism.h. VPLs are chosen by ism.h or, from maps on
-     the GPU, by glbk_ism_choose; surfels are scattered by ism.h or by glbk_ism_scatter.
+   - Near points and skies' VPLs come from ism.h. VPLs and the windows of their tiles are chosen by ism.h or,
+     from maps on the GPU, by glbk_ism_choose; surfels are scattered by ism.h or by glbk_ism_scatter.
 
    Quick start
 

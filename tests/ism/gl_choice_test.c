@@ -739,6 +739,156 @@ static void what_cannot_be_used_is_never_chosen(void **state)
     }
 }
 
+/* ---- windows ---- */
+
+/* One receiver right before the only texel that shines: its direction is the square's middle, which lies in cell 32 of
+   64 along both axes, with 32 before it and 31 behind. */
+static void a_window_holds_what_is_seen(void **state)
+{
+    GL_TEST(t, state)
+    static const float place[3] = { 0.25f, 2.25f, 0.25f }, down[3] = { 0, -1, 0 }, up[3] = { 0, 1, 0 };
+    static const float away[3] = { 0, 1, 0.2f };
+    lit *l = lit_make(8, 12, 1);
+    ism_projection p;
+    size_t i;
+    for (i = 0; i < 8 * 12; i++) {
+        memset(l->position + 3 * i, 0, 12);
+        l->position[3 * i] = l->position[3 * i + 2] = 0.25f;
+        memcpy(l->normal + 3 * i, up, 12);
+    }
+    l->sources[0].scattered = 1;
+    lit_upload(t, l);
+    for (p = ISM_PROJECTION_COSINE; p < ISM_PROJECTION_COUNT; p = (ism_projection)(p + 1)) {
+        ism_desc d = by_flux(40);
+        int way;
+        d.window_rim = 4;
+        d.projection = p;
+        for (way = 0; way < 4; way++) {         /* seen; its back; nothing is seen; for bounces */
+            const uint32_t wanted = way == 0 ? 32u | 32u << 6 | 31u << 12 | 31u << 18 : 0;
+            glbk_gbuffer seen;
+            float *table;
+            chosen c;
+            d.keep_hits = way == 3;
+            gl_see(&t->gl, 1, 1, place, way == 1 ? away : down, NULL, &seen);
+            chosen_make(t, l, &d, &c);
+            assert_glbk(t, glbk_ism_choose(&t->gl, &c.choice, &c.maps, &l->texels, way == 2 ? NULL : &seen, 0));
+            table = read_table(t, &c.choice, 40);
+            for (i = 0; i < 40; i++) assert_int_equal((uint32_t)table[16 * i + 15], wanted);
+            free(table);
+            chosen_free(t, &c);
+            glbk_gbuffer_free(&t->gl, &seen);
+        }
+    }
+    glbk_texture_free(&t->gl, &l->texels);
+}
+
+/* Counts of a run over frames: VPLs whose window was compared, differs, stayed where a new one would not lie. */
+typedef struct windows_seen { size_t all, differ, stayed, none; } windows_seen;
+
+/* Compares the windows of a frame with those of ism_scatter, and of maps without a frame before. Once a VPL was chosen
+   elsewhere, the window that it had does not count any more. */
+static void compare_windows(gl_test *t, const chosen *c, ism_maps *maps, const ism_frame *frame, char *elsewhere,
+                            windows_seen *n)
+{
+    float *table = read_table(t, &c->choice, c->desc.vpl_count);
+    ism_maps *fresh;
+    const ism_vpl *v, *f;
+    size_t i, count;
+    assert_int_equal(ism_create(&c->desc, &fresh), ISM_OK);
+    assert_int_equal(ism_choose(fresh, frame), ISM_OK);
+    assert_int_equal(ism_scatter(fresh, frame), ISM_OK);
+    assert_int_equal(ism_choose(maps, frame), ISM_OK);
+    assert_int_equal(ism_scatter(maps, frame), ISM_OK);
+    f = ism_vpls(fresh, NULL);
+    v = ism_vpls(maps, &count);
+    assert_int_equal(count, c->desc.vpl_count);
+    for (i = 0; i < count; i++) {
+        const uint32_t window = (uint32_t)table[16 * i + 15];
+        elsewhere[i] = elsewhere[i] || distance_of(table + 16 * i, v[i].position) > 1e-3;
+        if (elsewhere[i]) continue;
+        n->all++;
+        n->differ += window != v[i].window;
+        n->stayed += window != f[i].window;
+        n->none += !window;
+    }
+    ism_free(fresh);
+    free(table);
+}
+
+static void windows_are_those_of_ism_scatter(void **state)
+{
+    GL_TEST(t, state)
+    enum { WIDTH = 60, PIXELS = WIDTH * 45, FRAMES = 6, VPLS = 300 };
+    static float places[3 * PIXELS], normals[3 * PIXELS];
+    static char elsewhere[VPLS];
+    windows_seen sum = { 0, 0, 0, 0 };
+    size_t i;
+    int way;
+    for (way = 0; way < 7; way++) {
+        const uint32_t height = way == 5 ? 5 : 45;      /* fewer than eight rows: blocks beside each other */
+        lit *l = lit_make(40, 36, 2);
+        windows_seen n = { 0, 0, 0, 0 };
+        ism_desc d = by_flux(VPLS);
+        ism_points view;
+        ism_frame frame;
+        ism_maps *maps;
+        chosen c;
+        uint32_t f, seed = 4;
+        d.window_rim = way == 6 ? 16 : 4;
+        d.projection = way < 5 ? (ism_projection)way : ISM_PROJECTION_COSINE;
+        d.unstable = way == 4;
+        if (way == 4) d.projection = ISM_PROJECTION_OCTAHEDRAL;
+        d.importance = way & 1 ? ISM_IMPORTANCE_FLUX : ISM_IMPORTANCE_BRSM;
+        memset(&view, 0, sizeof view);
+        view.count = (size_t)WIDTH * height;
+        view.width = WIDTH;
+        view.positions = places;
+        view.normals = normals;
+        memset(&frame, 0, sizeof frame);
+        frame.sources = l->sources;
+        frame.source_count = 2;
+        frame.points = &view;
+        memset(elsewhere, 0, sizeof elsewhere);
+        lit_upload(t, l);
+        chosen_make(t, l, &d, &c);
+        assert_int_equal(ism_create(&d, &maps), ISM_OK);
+        for (f = 0; f < FRAMES; f++) {
+            const float wide = 1 + 0.02f * (float)(f % 3), far = f == 5 ? 0.3f : 0;
+            glbk_gbuffer seen;
+            for (i = 0; i < PIXELS; i++) {
+                const float u = (float)(i % WIDTH) / WIDTH, w = (float)(i / WIDTH) / (float)height;
+                places[3 * i] = 2.4f * u * wide + 0.001f * util_unit(&seed) + far;
+                places[3 * i + 1] = w > 0.5f ? 2 * w : 1.4f;
+                places[3 * i + 2] = w > 0.5f ? -0.3f : 2 * w * wide;
+                memset(normals + 3 * i, 0, 12);
+                if (i % 7) normals[3 * i + 1 + (w > 0.5f)] = w > 0.5f ? 1.0f : -1.0f;
+            }
+            if (f == 3) {                               /* one face jumps */
+                for (i = 40 * 36; i < 2 * 40 * 36; i++) l->position[3 * i + 2] += 0.4f;
+                glbk_texture_free(&t->gl, &l->texels);
+                lit_upload(t, l);
+            }
+            frame.index = f;
+            gl_see(&t->gl, WIDTH, height, places, normals, NULL, &seen);
+            assert_glbk(t, glbk_ism_choose(&t->gl, &c.choice, &c.maps, &l->texels, &seen, f));
+            compare_windows(t, &c, maps, &frame, elsewhere, &n);
+            glbk_gbuffer_free(&t->gl, &seen);
+        }
+        printf("way %d: of %zu windows %zu differ, %zu stayed where they were, %zu tiles have none\n", way, n.all,
+               n.differ, n.stayed, n.none);
+        assert_true(n.all > VPLS * FRAMES * 9 / 10);
+        assert_true((n.none < n.all / 2) == (way < 6));        /* with a wide rim most are not worth it */
+        assert_true((n.stayed > n.differ) == !d.unstable);
+        sum.all += n.all;
+        sum.differ += n.differ;
+        ism_free(maps);
+        chosen_free(t, &c);
+        glbk_texture_free(&t->gl, &l->texels);
+    }
+    printf("%zu of %zu windows differ\n", sum.differ, sum.all);
+    assert_true((double)sum.differ < 1e-2 * (double)sum.all);
+}
+
 /* ---- a frame ---- */
 
 /* Shading by the table that was drawn is as by the same VPLs uploaded; and from there to the picture the frame asks GL
@@ -928,6 +1078,8 @@ int main(int count, char **values)
         gl_unit_test(a_step_belongs_to_the_cell_behind),
         gl_unit_test(vpls_stay_before_a_bent_sheet),
         gl_unit_test(what_cannot_be_used_is_never_chosen),
+        gl_unit_test(a_window_holds_what_is_seen),
+        gl_unit_test(windows_are_those_of_ism_scatter),
         gl_unit_test(a_frame_reads_nothing_back),
         gl_unit_test(wrong_arguments_are_refused)
     };
