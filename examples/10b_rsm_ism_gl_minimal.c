@@ -1,7 +1,8 @@
-/* 10b_rsm_ism_gl_minimal.c - one bounce with its shadows, by complete passes: a spot shines on the wall of a room in
+/* 10b_rsm_ism_gl_minimal.c - two bounces with their shadows, by complete passes: a spot shines on the wall of a room in
    which a plate swings. Per frame the spot's reflective shadow map is drawn, virtual point lights are chosen from it,
    surfels are scattered over the triangles, an eighth of them a frame, shadow maps are drawn from these and the
-   G-buffer is lit, all on the GPU: nothing is read back. gl_rsm.h adds the spot itself.
+   G-buffer is lit, all on the GPU: nothing is read back. The lights of the second bounce are chosen from what these
+   maps show. gl_rsm.h adds the spot itself.
 
    cc -O2 10b_rsm_ism_gl_minimal.c -lglfw -lm -o rsm_ism_gl_minimal && ./rsm_ism_gl_minimal        Escape ends it
    ./rsm_ism_gl_minimal picture.ppm                                            one picture, no visible window */
@@ -19,7 +20,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { WIDTH = 640, HEIGHT = 480, QUADS = 6, SIDE = 64, VPLS = 256, SURFELS = 2048, LAZY = 8 };
+enum { WIDTH = 640, HEIGHT = 480, QUADS = 6, SIDE = 64, VPLS = 256, SURFELS = 2048, LAZY = 8, BOUNCES = 2, CELLS = 8 };
 
 /* ---- the room: parallelograms as corner, edge, edge, and their colours; the last one swings ---- */
 
@@ -34,6 +35,7 @@ static float quads[QUADS][12] = {
 
 static float    corners[QUADS][4][3];
 static uint32_t triangles[QUADS][6];
+static float    albedos[QUADS][2][3];        /* of triangles, for the second bounce */
 
 static void place_room(float time)
 {
@@ -43,6 +45,7 @@ static void place_room(float time)
         const float *at = quads[q], *u = at + 3, *v = at + 6;
         for (k = 0; k < 4; k++)
             for (c = 0; c < 3; c++) corners[q][k][c] = at[c] + (k & 1 ? u[c] : 0) + (k & 2 ? v[c] : 0);
+        for (k = 0; k < 2; k++) memcpy(albedos[q][k], at + 9, sizeof albedos[q][k]);
         for (k = 0; k < 6; k++) triangles[q][k] = (uint32_t)(4 * q + (k < 3 ? k : 6 - k));
     }
 }
@@ -53,9 +56,10 @@ typedef struct app {
     glbk_rsm_renderer rsm;              /* of direct light */
     glbk_rsm_map      map;
     glbk_ism_renderer ism;              /* of bounced light */
-    glbk_ism_maps     maps;
-    glbk_ism_choice   choice;           /* of their VPLs */
-    glbk_ism_spread   spread;           /* of their surfels */
+    glbk_ism_maps     maps[BOUNCES];
+    glbk_ism_choice   choice[BOUNCES];  /* of their VPLs */
+    glbk_ism_spread   spread[BOUNCES];  /* of their surfels */
+    glbk_ism_bounces  bounced;          /* what the VPLs of the first bounce shine on */
     glbk_buffer       vertices;
     uint32_t          vertex_array;
     glbk_texture      light_texture, picture_texture;
@@ -81,13 +85,22 @@ static void draw_room(void *user, glbk_context *gl, glbk_rsm_renderer *r)
 
 /* ---- from the spot's map to VPLs with their maps ---- */
 
-/* VPLs lie where the spot's map has flux, surfels where the camera or a VPL sees something. */
+/* VPLs lie where the spot's map has flux, those of the second bounce on what the maps of the first show; surfels lie
+   where the camera or a VPL sees something. */
 static int draw_maps(app *a)
 {
-    return glbk_rsm_map_draw(&a->gl, &a->rsm, &a->map, draw_room, a) == GLBK_OK &&
-           glbk_ism_choose(&a->gl, &a->choice, &a->maps, &a->map.texels, &a->seen, a->index) == GLBK_OK &&
-           glbk_ism_scatter(&a->gl, &a->spread, &a->maps, &a->seen, a->index) == GLBK_OK &&
-           glbk_ism_draw(&a->gl, &a->maps, 0) == GLBK_OK;
+    glbk_context *gl = &a->gl;
+    int k;
+    if (glbk_rsm_map_draw(gl, &a->rsm, &a->map, draw_room, a) != GLBK_OK) return 0;
+    for (k = 0; k < BOUNCES; k++) {
+        const glbk_texture *from = k ? &a->bounced.texels : &a->map.texels;
+        if (k && glbk_ism_bounce(gl, &a->bounced, &a->maps[0]) != GLBK_OK) return 0;
+        if (glbk_ism_choose(gl, &a->choice[k], &a->maps[k], from, &a->seen, a->index) != GLBK_OK ||
+            glbk_ism_scatter(gl, &a->spread[k], &a->maps[k], &a->seen, a->index) != GLBK_OK ||
+            glbk_ism_draw(gl, &a->maps[k], 0) != GLBK_OK)
+            return 0;
+    }
+    return 1;
 }
 
 /* ---- a frame ---- */
@@ -96,28 +109,35 @@ static int frame(app *a, float time)
 {
     static const float eye[3] = { 0, 1, 4.4f },
                        view[16] = { 2, 0, 0, 0, 0, 2.667f, 0, 0, 0, 0, -1.02f, -1, 0, -2.667f, 4.286f, 4.4f };
-    const ism_mesh mesh = { corners[0][0], 4 * QUADS, 0, triangles[0], 6 * QUADS, NULL, NULL, NULL, NULL, NULL };
+    const ism_mesh mesh = { corners[0][0], 4 * QUADS, 0, triangles[0], 6 * QUADS, NULL, NULL, albedos[0][0], NULL,
+                            NULL };
     const glbk_rsm_map *lit = &a->map;
     ism_shading shading = { 0 };
     glbk_pass pass = { 0 };
     glbk_context *gl = &a->gl;
+    int k;
     place_room(time);
     if (glbk_buffer_update(gl, &a->vertices, 0, sizeof corners, corners) != GLBK_OK ||
-        (a->index ? glbk_ism_mesh_move(gl, &a->maps, corners[0][0], 0) : glbk_ism_mesh_upload(gl, &a->maps, &mesh)) !=
-            GLBK_OK ||
         glbk_gbuffer_begin(gl, &a->seen, view, eye) != GLBK_OK)
         return 0;
     draw_room(a, gl, NULL);
+    for (k = 0; k < BOUNCES; k++)
+        if ((a->index ? glbk_ism_mesh_move(gl, &a->maps[k], corners[0][0], 0)
+                      : glbk_ism_mesh_upload(gl, &a->maps[k], &mesh)) != GLBK_OK)
+            return 0;
     if (!draw_maps(a)) return 0;
     shading.interleave = 4;                            /* 4 x 4 pixels share the VPLs; a blur mends that */
     pass.target = &a->light;
     if (glbk_rsm_direct(gl, &a->rsm, &a->seen, &lit, 1, NULL) != GLBK_OK ||
-        glbk_ism_shade(gl, &a->ism, &a->seen, &a->maps, &shading, 0) != GLBK_OK ||
         glbk_rsm_resolve(gl, &a->rsm, &a->seen, &pass, NULL, 1, 0) != GLBK_OK)
         return 0;
     pass.blend = GLBK_BLEND_ADD;                    /* bounced light over direct light */
+    for (k = 0; k < BOUNCES; k++)
+        if (glbk_ism_shade(gl, &a->ism, &a->seen, &a->maps[k], &shading, 0) != GLBK_OK ||
+            glbk_ism_resolve(gl, &a->ism, &a->seen, &pass, NULL) != GLBK_OK)
+            return 0;
     a->index++;
-    return glbk_ism_resolve(gl, &a->ism, &a->seen, &pass, NULL) == GLBK_OK;
+    return 1;
 }
 
 /* From radiance to what a window shows. */
@@ -194,17 +214,23 @@ static int make_light(app *a)
                              0.35f, 0.05f, 10 };
     glbk_rsm_renderer_desc size = { 0 };
     const glbk_ism_renderer_desc ism_size = { WIDTH, HEIGHT };
-    const glbk_ism_choice_desc map_size = { SIDE, SIDE, 1, 0 };
+    const glbk_ism_choice_desc from[BOUNCES] = { { SIDE, SIDE, 1, 0 }, { CELLS * CELLS, VPLS, 1, 1 } };
     ism_desc sizes = { 0 };
+    int k;
     sizes.vpl_count = VPLS;
     sizes.surfel_count = SURFELS;
     sizes.lazy_frames = LAZY;
     size.width = WIDTH;
     size.height = HEIGHT;
     size.attributes = where;
-    return glbk_ism_maps_create(&a->gl, &sizes, &a->maps) == GLBK_OK &&
-           glbk_ism_spread_create(&a->gl, &a->maps, &a->spread) == GLBK_OK &&
-           glbk_ism_choice_create(&a->gl, &a->maps, &map_size, &a->choice) == GLBK_OK &&
+    for (k = 0; k < BOUNCES; k++) {
+        sizes.keep_hits = k + 1 < BOUNCES;          /* there is a next bounce */
+        if (glbk_ism_maps_create(&a->gl, &sizes, &a->maps[k]) != GLBK_OK ||
+            glbk_ism_spread_create(&a->gl, &a->maps[k], &a->spread[k]) != GLBK_OK ||
+            glbk_ism_choice_create(&a->gl, &a->maps[k], &from[k], &a->choice[k]) != GLBK_OK)
+            return 0;
+    }
+    return glbk_ism_bounces_create(&a->gl, &a->maps[0], CELLS, &a->bounced) == GLBK_OK &&
            glbk_ism_renderer_create(&a->gl, &ism_size, &a->ism) == GLBK_OK &&
            glbk_rsm_renderer_create(&a->gl, &size, &a->rsm) == GLBK_OK &&
            glbk_rsm_map_create(&a->gl, &spot, SIDE, &a->map) == GLBK_OK;
@@ -235,9 +261,13 @@ static int make_all(app *a)
 
 static void free_all(app *a)
 {
-    glbk_ism_choice_free(&a->gl, &a->choice);
-    glbk_ism_spread_free(&a->gl, &a->spread);
-    glbk_ism_maps_free(&a->gl, &a->maps);
+    int k;
+    for (k = 0; k < BOUNCES; k++) {
+        glbk_ism_choice_free(&a->gl, &a->choice[k]);
+        glbk_ism_spread_free(&a->gl, &a->spread[k]);
+        glbk_ism_maps_free(&a->gl, &a->maps[k]);
+    }
+    glbk_ism_bounces_free(&a->gl, &a->bounced);
     glbk_ism_renderer_free(&a->gl, &a->ism);
     glbk_rsm_map_free(&a->gl, &a->map);
     glbk_rsm_renderer_free(&a->gl, &a->rsm);
@@ -264,7 +294,7 @@ static GLFWwindow *open_window(int visible)
 #endif
     glfwWindowHint(GLFW_RESIZABLE, 0);
     glfwWindowHint(GLFW_VISIBLE, visible);
-    window = glfwCreateWindow(WIDTH, HEIGHT, "one bounce with its shadows", NULL, NULL);
+    window = glfwCreateWindow(WIDTH, HEIGHT, "two bounces with their shadows", NULL, NULL);
     if (!window) return NULL;
     glfwMakeContextCurrent(window);
     glfwSwapInterval(1);

@@ -141,6 +141,7 @@
      -            light close to a VPL           ism_patch_kernel   ism__patch_kernel   T42 T43 T44
      -            near points                    ism_gather         ism_near_points     -
      -            windows                        ism_zoom_axis      ism_zoom            -
+     -            the next bounce                ism_cell_weight    ism_bounce          T45
 
    Configuration
 
@@ -181,7 +182,8 @@ GLBK_DEF glbk_result glbk_ism_maps_create(glbk_context *ctx, const ism_desc *des
    are drawn by compute: if ctx->compute is set, unless the surfels of a VPL, rounded up to lazy_frames
    phases, are more than 65,536.
    desc     the desc of the ism_create whose lists are drawn; NULL = all defaults. vpl_count, surfel_count,
-            tile_side, projection, lazy_frames, splat_scale, near_point_count, window_rim and no_fill count.
+            tile_side, projection, lazy_frames, splat_scale, near_point_count, window_rim, keep_hits and
+            no_fill count. With keep_hits the core path draws, and 4 bytes for each texel are added.
             The other fields, also its system, say how ism.h chooses the lists and play no part here
    out      zeroed on errors
    Memory   on the GPU: 26 bytes for each texel of the atlas, by compute 20, and 16 for each surfel. 1024 VPLs
@@ -192,7 +194,7 @@ GLBK_DEF glbk_result glbk_ism_maps_create(glbk_context *ctx, const ism_desc *des
 GLBK_DEF glbk_result glbk_ism_mesh_upload(glbk_context *ctx, glbk_ism_maps *maps, const ism_mesh *mesh);
 /* Sets the mesh that casts shadows. If the number of triangles changes, the surfels of all phases must be
    given anew.
-   mesh     NULL = nothing casts shadows; its albedos play no part
+   mesh     NULL = nothing casts shadows; its albedos are for glbk_ism_bounce, with desc.keep_hits
    Errors   GLBK_ERR_ARGUMENT: maps is NULL or was not created, or arrays, counts or strides do not fit.
             GLBK_ERR_INPUT: an index reaches beyond vertex_count. GLBK_ERR_LIMIT, GLBK_ERR_ALLOC */
 
@@ -343,12 +345,14 @@ struct glbk_ism_maps {                  /* the maps of all VPLs; read only; zero
     glbk_texture surfels;               /* the table of surfels of all phases (compute path) */
     glbk_texture triangle_table;        /* the table of triangles */
     glbk_texture positions;             /* the table of vertices */
+    glbk_texture albedos;               /* the table of the triangles' albedos, with desc.keep_hits */
     glbk_texture planes;                /* the nearest surfels; of the atlas's size */
+    glbk_texture hits;                  /* their triangles, with desc.keep_hits; of the atlas's size */
     glbk_texture depth;                 /* the depth buffer that surfels are drawn with */
     glbk_texture kept;                  /* which texels keep their surfels; of the atlas's size */
     glbk_texture pull[GLBK_ISM_LEVELS]; /* the levels of pull, each of half the size of the one before */
     glbk_texture atlas;                 /* the depths of all maps */
-    glbk_target  plane_target;          /* of planes and depth */
+    glbk_target  plane_target;          /* of planes, hits and depth */
     glbk_target  kept_target;           /* of kept */
     glbk_target  pull_target[GLBK_ISM_LEVELS];      /* of pull */
     glbk_target  atlas_target;          /* of atlas */
@@ -520,6 +524,44 @@ GLBK_DEF void glbk_ism_spread_free(glbk_context *ctx, glbk_ism_spread *spread);
    spread are allowed. */
 #endif
 
+/* ==== src/gl_ism/api_bounce.h ==== */
+
+#ifndef GLBK_ISM_WITHOUT_CHOICE
+/* ---- the next bounce on the GPU, from the maps (imperfect reflective shadow maps) ---- */
+
+typedef struct glbk_ism_bounces {       /* what VPLs shine on, as a source; read only; zeroed = none */
+    uint32_t     table;                 /* GL's name of the table of VPLs of the maps it was made for */
+    uint32_t     side;                  /* cells a side of a VPL's tile */
+    glbk_texture texels;                /* of glbk_ism_choose: side x side texels in the row of each VPL */
+    glbk_target  target;                /* of texels */
+    glbk_program program;
+} glbk_ism_bounces;
+
+GLBK_DEF glbk_result glbk_ism_bounces_create(glbk_context *ctx, const glbk_ism_maps *maps, uint32_t side,
+                                             glbk_ism_bounces *out);
+/* Makes room for the next bounce of the VPLs of maps, which must outlive it; glbk_ism_bounces_free takes it
+   back.
+   maps     made with desc.keep_hits. glbk_ism_mesh_upload gives them the albedos of the mesh
+   side     a power of two, desc.tile_side at most: each VPL makes side x side texels
+   out      zeroed on errors
+   Memory   on the GPU: 48 bytes for each texel
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, maps were not created, or side is another.
+            GLBK_ERR_MISMATCH: maps were made without desc.keep_hits. GLBK_ERR_LIMIT: side x side or
+            vpl_count is above ctx->max_side. Those of programs, textures and targets */
+
+GLBK_DEF glbk_result glbk_ism_bounce(glbk_context *ctx, glbk_ism_bounces *bounces, const glbk_ism_maps *maps);
+/* Draws what the maps show into bounces->texels, a pass of fragments, as ism_bounce writes it: where light of
+   the VPLs hits a triangle, with its normal towards the VPL, and the flux that the triangle's albedo
+   leaves of it. glbk_ism_choose then chooses VPLs of the next bounce from these texels, for other maps, with
+   a glbk_ism_choice_desc of width side x side, height desc.vpl_count and `scattered`.
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or an object was not created. GLBK_ERR_MISMATCH: maps are
+            not those that the bounces were made for. GLBK_ERR_ORDER: the maps were never drawn.
+            GLBK_ERR_LOST */
+
+GLBK_DEF void glbk_ism_bounces_free(glbk_context *ctx, glbk_ism_bounces *bounces);
+/* Frees what glbk_ism_bounces_create made, and zeroes the struct. NULL and zeroed bounces are allowed. */
+#endif
+
 /* ==== src/gl_ism/bindings.h ==== */
 
 /* ---- what the GLSL declares; see "bindings" in gl_programs.h ---- */
@@ -527,6 +569,7 @@ GLBK_DEF void glbk_ism_spread_free(glbk_context *ctx, glbk_ism_spread *spread);
 #define GLBK_ISM_TABLES(X)                                                                              \
     X(usampler2DArray, glbk_ism_vpls, 0)        /* VPLs and near points: docs/gpu-layouts.md */         \
     X(usampler2DArray, glbk_ism_surfels, 1)     /* triangle, barycentric coordinates, area */           \
+    X(sampler2DArray, glbk_ism_albedos, 1)      /* of triangles */                                      \
     X(usampler2DArray, glbk_ism_triangles, 2)   /* of each three indices, opacity */                    \
     X(sampler2DArray, glbk_ism_positions, 3)    /* of vertices */
 
@@ -534,6 +577,7 @@ GLBK_DEF void glbk_ism_spread_free(glbk_context *ctx, glbk_ism_spread *spread);
     X(usampler2D, glbk_ism_atlas, 4)            /* depths, floats as bits */                            \
     X(glbk_color_sampler, glbk_ism_planes, 5)   /* plane and depth of a texel's nearest surfel */       \
     X(usampler2D, glbk_ism_below, 6)            /* kept texels, or the level below */                   \
+    X(usampler2D, glbk_ism_hits, 7)             /* triangle of a texel's nearest surfel */              \
     X(glbk_color_sampler, glbk_ism_light, 7)    /* irradiance; 8 to 11 are the G-buffer's */            \
     X(usampler2D, glbk_ism_pull1, 12)           /* levels of pull, whose slots are neighbours */        \
     X(usampler2D, glbk_ism_pull2, 13)                                                                   \
@@ -594,8 +638,8 @@ GLBK_DEF void glbk_ism_spread_free(glbk_context *ctx, glbk_ism_spread *spread);
     X(uint, first_sphere, 1)        /* where in glbk_ism_vpls spheres of near points begin */           \
     X(uint, first_near_point, 1)    /* where in glbk_ism_vpls near points begin */                      \
     X(uint, first_surfel, 1)        /* of a draw of rectangles: the surfel of instance 0 */             \
-    X(uint, unused0, 1)                                                                                 \
-    X(uint, unused1, 1)
+    X(uint, bounce_side, 1)         /* cells a side of a tile that glbk_ism_bounce reads */             \
+    X(uint, unused0, 1)
 
 #define GLBK_ISM_FRAME_MEMBERS(X) GLBK_ISM_COUNT_MEMBERS(X) GLBK_ISM_MESH_MEMBERS(X)
 
@@ -920,8 +964,9 @@ static const struct { char s0[3553]; char end; } glbk__ism_files_lib_cohsm_math_
     "}\n", 0
 };
 
-static const struct { char s0[2065]; char end; } glbk__glsl_lib_ism_access_glsl = {
-    "\n\n\n#define ISM_TEXEL(i) uintBitsToFloat(texelFetch(glbk_ism_vpls, glbk_table_at(i), 0))\n"
+static const struct { char s0[1995]; char end; } glbk__glsl_lib_ism_access_glsl = {
+    "\n\n\n#define ISM_F glbk_ism_frame\n"
+    "#define ISM_TEXEL(i) uintBitsToFloat(texelFetch(glbk_ism_vpls, glbk_table_at(i), 0))\n"
     "\nstruct ism_grid{\n"
     "float exponent;\n"
     "vec4 across,down;\n"
@@ -943,7 +988,7 @@ static const struct { char s0[2065]; char end; } glbk__glsl_lib_ism_access_glsl 
     "{\n"
     "ism_grid g;\n"
     "g.exponent=exponent;\n"
-    "ism_axes(window,glbk_ism_frame.tile_side,glbk_ism_frame.window_rim,g.across,g.down);\n"
+    "ism_axes(window,ISM_F.tile_side,ISM_F.window_rim,g.across,g.down);\n"
     "return g;\n"
     "}\n"
     "\n\nism_vpl ism_read_vpl(uint v)\n"
@@ -957,7 +1002,7 @@ static const struct { char s0[2065]; char end; } glbk__glsl_lib_ism_access_glsl 
     "l.normal=b.xyz;\n"
     "l.edge=b.w;\n"
     "l.flux=c.xyz;\n"
-    "l.reach=glbk_ism_frame.near_point_count>0u?c.w:.0;\n"
+    "l.reach=ISM_F.near_point_count>0u?c.w:.0;\n"
     "l.axis=l.exponent!=1.?d.xyz:l.normal;\n"
     "l.window=uint(d.w);\n"
     "l.grid=ism_grid_of(a.w,l.window);\n"
@@ -967,23 +1012,23 @@ static const struct { char s0[2065]; char end; } glbk__glsl_lib_ism_access_glsl 
     "}\n"
     "\n\nivec2 ism_tile_at(uint v)\n"
     "{\n"
-    "uint tiles=glbk_ism_frame.tiles_across;\n"
+    "uint tiles=ISM_F.tiles_across;\n"
     "uint row=uint((float(v)+.5)/float(tiles));\n"
-    "return ivec2(v-row*tiles,row)*int(glbk_ism_frame.tile_side);\n"
+    "return ivec2(v-row*tiles,row)*int(ISM_F.tile_side);\n"
     "}\n"
     "\n\nuint ism_tile_of(ivec2 at)\n"
     "{\n"
-    "ivec2 tile=at/int(glbk_ism_frame.tile_side);\n"
-    "return uint(tile.y)*glbk_ism_frame.tiles_across+uint(tile.x);\n"
+    "ivec2 tile=at/int(ISM_F.tile_side);\n"
+    "return uint(tile.y)*ISM_F.tiles_across+uint(tile.x);\n"
     "}\n"
     "\n\nvec2 ism_to_tile(ism_grid g,vec2 uv)\n"
     "{\n"
-    "float size=float(glbk_ism_frame.tile_side),rim=float(glbk_ism_frame.window_rim);\n"
+    "float size=float(ISM_F.tile_side),rim=float(ISM_F.window_rim);\n"
     "return vec2(ism_zoom_axis(g.across,size,rim,uv.x),ism_zoom_axis(g.down,size,rim,uv.y));\n"
     "}\n"
     "\n\nvec2 ism_from_tile(ism_grid g,vec2 at)\n"
     "{\n"
-    "float size=float(glbk_ism_frame.tile_side),rim=float(glbk_ism_frame.window_rim);\n"
+    "float size=float(ISM_F.tile_side),rim=float(ISM_F.window_rim);\n"
     "return vec2(ism_unzoom_axis(g.across,size,rim,at.x),ism_unzoom_axis(g.down,size,rim,at.y));\n"
     "}\n"
     "\n\nism_grid ism_read_grid(uint v)\n"
@@ -998,12 +1043,14 @@ static const struct { char s0[2065]; char end; } glbk__glsl_lib_ism_access_glsl 
     "}\n", 0
 };
 
-static const struct { char s0[1208]; char end; } glbk__glsl_lib_ism_bindings_glsl = {
-    "\nuniform usampler2DArray glbk_ism_vpls,glbk_ism_surfels,glbk_ism_triangles;\n"
+static const struct { char s0[1288]; char end; } glbk__glsl_lib_ism_bindings_glsl = {
+    "\nuniform usampler2DArray glbk_ism_vpls,glbk_ism_surfels;\n"
+    "uniform sampler2DArray glbk_ism_albedos;\n"
+    "uniform usampler2DArray glbk_ism_triangles;\n"
     "uniform sampler2DArray glbk_ism_positions;\n"
     "uniform usampler2D glbk_ism_atlas;\n"
     "uniform glbk_color_sampler glbk_ism_planes;\n"
-    "uniform usampler2D glbk_ism_below;\n"
+    "uniform usampler2D glbk_ism_below,glbk_ism_hits;\n"
     "uniform glbk_color_sampler glbk_ism_light;\n"
     "uniform usampler2D glbk_ism_pull1,glbk_ism_pull2,glbk_ism_pull3;\n"
     "uniform usampler2DArray glbk_ism_texels,glbk_ism_drawn,glbk_ism_box;\n"
@@ -1091,7 +1138,7 @@ static const struct { char s0[284]; char end; } glbk__glsl_lib_ism_densities_gls
     "}\n", 0
 };
 
-static const struct { char s0[3586]; char end; } glbk__glsl_lib_ism_disc_glsl = {
+static const struct { char s0[3496]; char end; } glbk__glsl_lib_ism_disc_glsl = {
     "\n\n#define ISM_DEEPEST 1.84467429e19\n"
     "\nstruct ism_surfel{\n"
     "vec3 at;\n"
@@ -1108,8 +1155,8 @@ static const struct { char s0[3586]; char end; } glbk__glsl_lib_ism_disc_glsl = 
     "vec3 n=normal*basis;\n"
     "s.radius2=area*(1./COHSM_PI);\n"
     "if(l.sky){\n"
-    "vec3 o=(p-glbk_ism_frame.sphere.xyz)*basis;\n"
-    "float r=glbk_ism_frame.sphere.w,slope=abs(n.z)>.05?1./n.z:.0;\n"
+    "vec3 o=(p-ISM_F.sphere.xyz)*basis;\n"
+    "float r=ISM_F.sphere.w,slope=abs(n.z)>.05?1./n.z:.0;\n"
     "s.depth=o.z+r;\n"
     "s.uv=.5*o.xy/r+.5;\n"
     "s.at=vec3(o.xy,s.depth);\n"
@@ -1138,9 +1185,9 @@ static const struct { char s0[3586]; char end; } glbk__glsl_lib_ism_disc_glsl = 
     "}\n"
     "\n\n\nfloat ism_texels_per_unit(ism_vpl l)\n"
     "{\n"
-    "float size=float(glbk_ism_frame.tile_side);\n"
+    "float size=float(ISM_F.tile_side);\n"
     "uint p=ism_projection_of(l.exponent);\n"
-    "if(l.sky)return .5*size/glbk_ism_frame.sphere.w;\n"
+    "if(l.sky)return .5*size/ISM_F.sphere.w;\n"
     "if(p==ISM_PROJECTION_PARABOLOID)return .5*size;\n"
     "return .9*size*(p==ISM_PROJECTION_LOBE?sqrt(.5*(l.exponent+1.)):1.);\n"
     "}\n"
@@ -1152,7 +1199,7 @@ static const struct { char s0[3586]; char end; } glbk__glsl_lib_ism_disc_glsl = 
     "\n\nvec3 ism_corner(uint vertex){return texelFetch(glbk_ism_positions,glbk_table_at(vertex),0).xyz;}\n"
     "\n\nbool ism_box_surfel(ism_vpl l,inout ism_surfel s)\n"
     "{\n"
-    "int size=int(glbk_ism_frame.tile_side);\n"
+    "int size=int(ISM_F.tile_side);\n"
     "float most=float(size),reach=sqrt(s.radius2)*ism_texels_per_unit(l)/(l.sky?1.:s.depth);\n"
     "if(!(reach>.0))return false;\n"
     "reach=min(reach,most);\n"
@@ -1169,15 +1216,15 @@ static const struct { char s0[3586]; char end; } glbk__glsl_lib_ism_disc_glsl = 
     "{\n"
     "uvec4 surfel=texelFetch(glbk_ism_surfels,glbk_table_at(index),0);\n"
     "float share=uintBitsToFloat(surfel.w);\n"
-    "if(!(share>.0)||surfel.x>=glbk_ism_frame.triangle_count)return false;\n"
+    "if(!(share>.0)||surfel.x>=ISM_F.triangle_count)return false;\n"
     "uvec4 t=texelFetch(glbk_ism_triangles,glbk_table_at(surfel.x),0);\n"
-    "uvec2 tile=uvec2(v%glbk_ism_frame.tiles_across,v/glbk_ism_frame.tiles_across);\n"
+    "uvec2 tile=uvec2(v%ISM_F.tiles_across,v/ISM_F.tiles_across);\n"
     "if(!ism_dither(tile,uintBitsToFloat(t.w)))return false;\n"
     "vec3 p=ism_corner(t.x),e1=ism_corner(t.y)-p,e2=ism_corner(t.z)-p,n=cross(e1,e2);\n"
     "float length2=dot(n,n),size=sqrt(length2);\n"
     "if(!(length2>.0)||!cohsm_finite(length2))return false;\n"
     "vec2 b=uintBitsToFloat(surfel.yz);\n"
-    "float area=glbk_ism_frame.splat_scale*share*.5*size;\n"
+    "float area=ISM_F.splat_scale*share*.5*size;\n"
     "p+=e1*b.x+e2*b.y;\n"
     "s.cut1=s.cut2=vec4(-2.);\n"
     "if(share<1.){\n"
@@ -1191,14 +1238,14 @@ static const struct { char s0[3586]; char end; } glbk__glsl_lib_ism_disc_glsl = 
     "{\n"
     "float t=ism_plane_depth(sky,s.g,w);\n"
     "if(!(t>.0&&t<=min(limit,ISM_DEEPEST)))return ISM_FAR;\n"
-    "vec3 d=(sky?vec3(w.xy*glbk_ism_frame.sphere.w,t):w*t)-s.at;\n"
+    "vec3 d=(sky?vec3(w.xy*ISM_F.sphere.w,t):w*t)-s.at;\n"
     "if(!(dot(d,d)<=s.radius2))return ISM_FAR;\n"
     "vec2 b=vec2(s.cut1.w+dot(d,s.cut1.xyz),s.cut2.w+dot(d,s.cut2.xyz));\n"
     "return s.cut1.w>-1.&&!(min(b.x,b.y)>=-1e-4&&b.x+b.y<=1.0001)?ISM_FAR:t;\n"
     "}\n", 0
 };
 
-static const struct { char s0[1152]; char end; } glbk__glsl_lib_ism_fill_glsl = {
+static const struct { char s0[1143]; char end; } glbk__glsl_lib_ism_fill_glsl = {
     "\n\n#define ISM_HOLE 2\n"
     "\n\nvec4 ism_plane_at(ivec2 at){return glbk_unpack(texelFetch(glbk_ism_planes,at,0));}\n"
     "\n\n\nuint ism_quadrant(ivec2 d)\n"
@@ -1222,7 +1269,7 @@ static const struct { char s0[1152]; char end; } glbk__glsl_lib_ism_fill_glsl = 
     "}\n"
     "\n\n\n\n\nuint ism_pull(int level,ivec2 cell,uvec4 parts)\n"
     "{\n"
-    "int size=int(glbk_ism_frame.tile_side),least=0x7fffffff;\n"
+    "int size=int(ISM_F.tile_side),least=0x7fffffff;\n"
     "ivec2 middle=(2*cell+1)<<level;\n"
     "uint result=0u;\n"
     "for(int k=0;k<4;k++){\n"
@@ -1279,14 +1326,14 @@ static const struct { char s0[1008]; char end; } glbk__glsl_lib_ism_fold_glsl = 
     "}\n", 0
 };
 
-static const struct { char s0[301]; char end; } glbk__glsl_lib_ism_frame_glsl = {
+static const struct { char s0[305]; char end; } glbk__glsl_lib_ism_frame_glsl = {
     "\nlayout(std140)uniform glbk_ism_frame_block{\n"
     "uint vpl_count,tile_side,tiles_across,surfel_count,vpl_capacity,\n"
     "phase_surfel_count,fill_levels,triangle_count;\n"
     "vec4 sphere;\n"
     "float splat_scale;\n"
     "uint window_rim,near_point_count,first_sphere,first_near_point,first_surfel,\n"
-    "unused0,unused1;\n"
+    "bounce_side,unused0;\n"
     "}glbk_ism_frame;\n", 0
 };
 
@@ -1318,11 +1365,11 @@ static const struct { char s0[303]; char end; } glbk__glsl_lib_ism_hash_glsl = {
     "\n\nfloat ism_to_unit(uint bits){return float(bits>>8)*(1./16777216.);}\n", 0
 };
 
-static const struct { char s0[627]; char end; } glbk__glsl_lib_ism_holes_glsl = {
+static const struct { char s0[618]; char end; } glbk__glsl_lib_ism_holes_glsl = {
     "\n\n\n\nfloat ism_depth(ivec2 at);\n"
     "\n\n\nbool ism_hole(ism_grid grid,ivec2 at,float c)\n"
     "{\n"
-    "int size=int(glbk_ism_frame.tile_side);\n"
+    "int size=int(ISM_F.tile_side);\n"
     "ivec2 local=at&(size-1);\n"
     "vec3 w=ism_texel_direction(grid,local);\n"
     "uint found=0u;\n"
@@ -1388,7 +1435,7 @@ static const struct { char s0[1325]; char end; } glbk__glsl_lib_ism_inter_texel_
     "}\n", 0
 };
 
-static const struct { char s0[3984]; char s1[3829]; char end; } glbk__glsl_lib_ism_light_glsl = {
+static const struct { char s0[4001]; char s1[3731]; char end; } glbk__glsl_lib_ism_light_glsl = {
     "\n\n\n\n\n\n\n\n#ifndef ISM_NEAR\n"
     "#define ISM_NEAR 6\n"
     "#elif ISM_NEAR == 0\n"
@@ -1400,12 +1447,12 @@ static const struct { char s0[3984]; char s1[3829]; char end; } glbk__glsl_lib_i
     "\n\n\nfloat ism_visible(uint v,ism_vpl l,vec3 p,vec3 ng,float bias)\n"
     "{\n"
     "mat3 basis=l.basis;\n"
-    "int size=int(glbk_ism_frame.tile_side);\n"
+    "int size=int(ISM_F.tile_side);\n"
     "ivec2 tile=ism_tile_at(v),texel;\n"
     "vec3 n=ng*basis;\n"
     "if(l.sky){\n"
-    "vec3 o=(p-glbk_ism_frame.sphere.xyz)*basis;\n"
-    "float r=glbk_ism_frame.sphere.w,depth=o.z+r;\n"
+    "vec3 o=(p-ISM_F.sphere.xyz)*basis;\n"
+    "float r=ISM_F.sphere.w,depth=o.z+r;\n"
     "vec2 uv=.5*o.xy/r+.5;\n"
     "if(!(n.z<-ISM_GRAZING))return .0;\n"
     "if(any(lessThan(uv,vec2(.0)))||any(greaterThanEqual(uv,vec2(1.))))return 1.;\n"
@@ -1513,9 +1560,9 @@ static const struct { char s0[3984]; char s1[3829]; char end; } glbk__glsl_lib_i
     "plain*=share;\n"
     "return k*share;\n"
     "#elif ISM_NEAR == 2\n"
-    "return area>.0&&d2<16.*area?ism_sphere_kernel(d,l.normal,n,l.edge):plain;\n",
+    "return area>.0&&d2<16.*area?ism_sphere_kernel(d,l.normal,n,l.edge):plain;\n"
     "#elif ISM_NEAR == 3\n"
-    "return min(plain,most);\n"
+    "return min(plain,most);\n",
     "#else\n"
     "return plain;\n"
     "#endif\n"
@@ -1538,7 +1585,7 @@ static const struct { char s0[3984]; char s1[3829]; char end; } glbk__glsl_lib_i
     "}\n"
     "\n\nuint ism_used(uint first,uint set_count)\n"
     "{\n"
-    "uint count=glbk_ism_frame.vpl_count;\n"
+    "uint count=ISM_F.vpl_count;\n"
     "return first<count?(count-first-1u)/set_count+1u:0u;\n"
     "}\n"
     "\n\n\nvec4 ism_scaled(vec4 sum,uint set_count){return sum*(float(set_count)/COHSM_PI);}\n"
@@ -1550,7 +1597,7 @@ static const struct { char s0[3984]; char s1[3829]; char end; } glbk__glsl_lib_i
     "};\n"
     "\n\nism_near_point ism_read_near(uint i)\n"
     "{\n"
-    "uint at=glbk_ism_frame.first_near_point+3u*i;\n"
+    "uint at=ISM_F.first_near_point+3u*i;\n"
     "vec4 a=ISM_TEXEL(at);\n"
     "vec4 b=ISM_TEXEL(at+1u);\n"
     "vec4 c=ISM_TEXEL(at+2u);\n"
@@ -1597,7 +1644,7 @@ static const struct { char s0[3984]; char s1[3829]; char end; } glbk__glsl_lib_i
     "}\n"
     "\n\nbool ism_near_counts(uint i,vec3 p,vec3 n)\n"
     "{\n"
-    "uint at=glbk_ism_frame.first_near_point+3u*i;\n"
+    "uint at=ISM_F.first_near_point+3u*i;\n"
     "vec4 a=ISM_TEXEL(at);\n"
     "vec4 b=ISM_TEXEL(at+1u);\n"
     "return ism_near_weight(a.xyz,b.w,b.xyz,p,n)>.0;\n"
@@ -1605,7 +1652,7 @@ static const struct { char s0[3984]; char s1[3829]; char end; } glbk__glsl_lib_i
     "\n\n\nuint ism_near_block(uint i,uint count,vec3 p)\n"
     "{\n"
     "for(;i<count;i+=64u){\n"
-    "vec4 sphere=ISM_TEXEL(glbk_ism_frame.first_sphere+i/64u);\n"
+    "vec4 sphere=ISM_TEXEL(ISM_F.first_sphere+i/64u);\n"
     "vec3 d=sphere.xyz-p;\n"
     "if(dot(d,d)<sphere.w*sphere.w)break;\n"
     "}\n"
@@ -1613,7 +1660,7 @@ static const struct { char s0[3984]; char s1[3829]; char end; } glbk__glsl_lib_i
     "}\n"
     "\n\n\n\nvec4 ism_gather(vec3 p,vec3 n,vec3 ng,uint first,uint set_count)\n"
     "{\n"
-    "uint count=glbk_ism_frame.near_point_count,i=ism_near_block(first,count,p);\n"
+    "uint count=ISM_F.near_point_count,i=ism_near_block(first,count,p);\n"
     "vec4 sum=vec4(.0);\n"
     "while(i<count){\n"
     "uvec4 found=uvec4(0u);\n"
@@ -1636,7 +1683,7 @@ static const struct { char s0[3984]; char s1[3829]; char end; } glbk__glsl_lib_i
     "}\n"
     "\n\n\nvec4 ism_light(vec3 p,vec3 n,vec3 ng,uint first,uint set_count)\n"
     "{\n"
-    "uint count=glbk_ism_frame.vpl_count;\n"
+    "uint count=ISM_F.vpl_count;\n"
     "float most=glbk_ism_view.clamp_at;\n"
     "vec4 sum=vec4(.0);\n"
     "#if ISM_NEAR == 4\n"
@@ -1654,7 +1701,7 @@ static const struct { char s0[3984]; char s1[3829]; char end; } glbk__glsl_lib_i
     "}\n", 0
 };
 
-static const struct { char s0[3133]; char end; } glbk__glsl_lib_ism_map_glsl = {
+static const struct { char s0[3187]; char end; } glbk__glsl_lib_ism_map_glsl = {
     "\n\n\n#define ISM_PROJECTION_COSINE 1u\n"
     "#define ISM_PROJECTION_PARABOLOID 2u\n"
     "#define ISM_PROJECTION_OCTAHEDRAL 3u\n"
@@ -1742,9 +1789,10 @@ static const struct { char s0[3133]; char end; } glbk__glsl_lib_ism_map_glsl = {
     ":1.-(size-x)*axis.w;\n"
     "return clamp(u,.0,1.);\n"
     "}\n"
+    "\n\nuvec4 ism_cut(uint window){return uvec4(window,window>>6,window>>12,window>>18)&63u;}\n"
     "\n\nvoid ism_axes(uint window,uint size,uint rim,out vec4 across,out vec4 down)\n"
     "{\n"
-    "uvec4 cut=uvec4(window,window>>6,window>>12,window>>18)&63u;\n"
+    "uvec4 cut=ism_cut(window);\n"
     "across=ism_axis(cut.xz,size,rim);\n"
     "down=ism_axis(cut.yw,size,rim);\n"
     "}\n"
@@ -1762,7 +1810,16 @@ static const struct { char s0[3133]; char end; } glbk__glsl_lib_ism_map_glsl = {
     "}\n", 0
 };
 
-static const struct { char s0[1789]; char end; } glbk__glsl_lib_ism_push_glsl = {
+static const struct { char s0[215]; char end; } glbk__glsl_lib_ism_pulled_glsl = {
+    "\n\nint ism_pulled(int level,ivec2 cell)\n"
+    "{\n"
+    "if(level==1)return int(texelFetch(glbk_ism_pull1,cell,0).x);\n"
+    "if(level==2)return int(texelFetch(glbk_ism_pull2,cell,0).x);\n"
+    "return int(texelFetch(glbk_ism_pull3,cell,0).x);\n"
+    "}\n", 0
+};
+
+static const struct { char s0[1825]; char end; } glbk__glsl_lib_ism_push_glsl = {
     "\n\n\n\nint ism_pulled(int level,ivec2 cell);\n"
     "\nstruct ism_near{\n"
     "int first,second;\n"
@@ -1773,7 +1830,7 @@ static const struct { char s0[1789]; char end; } glbk__glsl_lib_ism_push_glsl = 
     "};\n"
     "\n\nvoid ism_look(int level,ivec2 at,inout ism_near n)\n"
     "{\n"
-    "int size=int(glbk_ism_frame.tile_side),half_size=size>>level;\n"
+    "int size=int(ISM_F.tile_side),half_size=size>>level;\n"
     "ivec2 local=at&(size-1),cell=local>>level,origin=(at>>level)-cell;\n"
     "for(int y=cell.y-1;y<=cell.y+1;y++)\n"
     "for(int x=cell.x-1;x<=cell.x+1;x++){\n"
@@ -1808,18 +1865,20 @@ static const struct { char s0[1789]; char end; } glbk__glsl_lib_ism_push_glsl = 
     "if(abs(a.w-b.w)<=abs(there-b.w))return a.w;\n"
     "return t>.5*a.w&&t<2.*a.w?t:a.w;\n"
     "}\n"
-    "\n\n\nfloat ism_filled(ism_grid grid,ivec2 at)\n"
+    "\n\n\nfloat ism_filled(ism_grid grid,ivec2 at,out ivec2 from)\n"
     "{\n"
-    "int size=int(glbk_ism_frame.tile_side);\n"
+    "int size=int(ISM_F.tile_side);\n"
     "ivec2 local=at&(size-1);\n"
+    "from=at;\n"
     "ism_near n=ism_near(0,0,0,0,0u,0u,0u);\n"
-    "for(int level=1;level<=int(glbk_ism_frame.fill_levels);level++){\n"
+    "for(int level=1;level<=int(ISM_F.fill_levels);level++){\n"
     "if(n.second!=0&&ism_surrounded(n.found,n.close,n.beyond))break;\n"
     "ism_look(level,at,n);\n"
     "}\n"
     "if(n.second==0||!ism_surrounded(n.found,n.close,n.beyond))return ISM_FAR;\n"
-    "return ism_push(grid,local,ivec2((n.first-1)%size,(n.first-1)/size),\n"
-    "ivec2((n.second-1)%size,(n.second-1)/size),at-local);\n"
+    "ivec2 first=ivec2((n.first-1)%size,(n.first-1)/size);\n"
+    "from=at-local+first;\n"
+    "return ism_push(grid,local,first,ivec2((n.second-1)%size,(n.second-1)/size),at-local);\n"
     "}\n", 0
 };
 
@@ -1977,6 +2036,57 @@ static const struct { char s0[452]; char end; } glbk__glsl_prog_ism_blur_frag = 
     "}\n", 0
 };
 
+static const struct { char s0[1795]; char end; } glbk__glsl_prog_ism_bounce_frag = {
+    "\n\n\n\n\nlayout(location=0)out uvec4 place;\n"
+    "layout(location=1)out uvec4 facing;\n"
+    "layout(location=2)out uvec4 power;\n"
+    "\nvec3 ism_beside(ism_vpl l,ivec2 texel,float x,float y)\n"
+    "{\n"
+    "vec2 uv=(vec2(texel)+.5+vec2(x,y))/float(ISM_F.tile_side);\n"
+    "return ism_map_direction(uint(ISM_PROJECTION),l.exponent,uv);\n"
+    "}\n"
+    "\n\n\nfloat ism_cell_weight(ism_vpl l,ivec2 texel)\n"
+    "{\n"
+    "float weight=1.;\n"
+    "#if ISM_PROJECTION == 2 || ISM_PROJECTION == 3\n"
+    "vec3 d=ism_beside(l,texel,-.25,-.25);\n"
+    "vec3 n=cross(ism_beside(l,texel,.25,.25)-d,\n"
+    "ism_beside(l,texel,-.25,.25)-ism_beside(l,texel,.25,-.25));\n"
+    "weight=.0;\n"
+    "if(d.z>.0)weight=length(n)*cohsm_pow(d.z,l.exponent);\n"
+    "#endif\n"
+    "return weight;\n"
+    "}\n"
+    "\n\nivec2 ism_cell_texel(int cell,int side,int step){return ivec2(cell%side,cell/side)*step+step/2;}\n"
+    "\nvoid main()\n"
+    "{\n"
+    "ivec2 at=ivec2(gl_FragCoord.xy);\n"
+    "int side=int(ISM_F.bounce_side),step=int(ISM_F.tile_side)/side;\n"
+    "place=facing=power=uvec4(0u);\n"
+    "uint v=uint(at.y);\n"
+    "if(v>=ISM_F.vpl_count)return;\n"
+    "facing.y=0x3f800000u;\n"
+    "ism_vpl l=ism_read_vpl(v);\n"
+    "ivec2 texel=ism_cell_texel(at.x,side,step),to=ism_tile_at(v)+texel,from=to;\n"
+    "float sum=.0,share=ism_cell_weight(l,texel);\n"
+    "for(int k=0;k<side*side;k++)sum+=ism_cell_weight(l,ism_cell_texel(k,side,step));\n"
+    "bool hit=texelFetch(glbk_ism_below,to,0).x!=0u;\n"
+    "if(!hit)hit=ism_filled(l.grid,to,from)<ISM_FAR;\n"
+    "vec3 w=ism_texel_direction(l.grid,texel);\n"
+    "if(l.sky||!hit||!(w.z>.0))return;\n"
+    "uint t=texelFetch(glbk_ism_hits,from,0).x;\n"
+    "vec3 n=ism_normal2(ism_read_corners(t)),d=l.basis*w;\n"
+    "float size=length(n);\n"
+    "if(!(size>.0)||!cohsm_finite(size))return;\n"
+    "if(dot(n,d)>.0)size=-size;\n"
+    "d=l.position+d*uintBitsToFloat(texelFetch(glbk_ism_atlas,to,0).x);\n"
+    "l.flux*=share/sum*texelFetch(glbk_ism_albedos,glbk_table_at(t),0).xyz;\n"
+    "place=floatBitsToUint(vec4(d,.0));\n"
+    "facing=floatBitsToUint(vec4(n/size,.0));\n"
+    "power=floatBitsToUint(vec4(l.flux,.0));\n"
+    "}\n", 0
+};
+
 static const struct { char s0[1605]; char end; } glbk__glsl_prog_ism_choose_frag = {
     "\n\n\n\n\n\nlayout(location=0)out uvec4 place;\n"
     "layout(location=1)out uvec4 facing;\n"
@@ -2052,7 +2162,7 @@ static const struct { char s0[1150]; char end; } glbk__glsl_prog_ism_clusters_fr
     "}\n", 0
 };
 
-static const struct { char s0[557]; char end; } glbk__glsl_prog_ism_counts_frag = {
+static const struct { char s0[539]; char end; } glbk__glsl_prog_ism_counts_frag = {
     "\n\n\n\nlayout(location=0)out uint result;\n"
     "\nfloat ism_luminance_of(uint v)\n"
     "{\n"
@@ -2061,8 +2171,8 @@ static const struct { char s0[557]; char end; } glbk__glsl_prog_ism_counts_frag 
     "}\n"
     "\nvoid main()\n"
     "{\n"
-    "uint count=glbk_ism_frame.vpl_count,n=glbk_ism_scattering.surfel_count;\n"
-    "uint v=ism_unfold(ivec2(gl_FragCoord.xy),glbk_ism_frame.vpl_capacity).x;\n"
+    "uint count=ISM_F.vpl_count,n=glbk_ism_scattering.surfel_count;\n"
+    "uint v=ism_unfold(ivec2(gl_FragCoord.xy),ISM_F.vpl_capacity).x;\n"
     "float mean=.0;\n"
     "result=n;\n"
     "if(glbk_ism_scattering.vary_surfels==0u||v>=count)return;\n"
@@ -2217,7 +2327,7 @@ static const struct { char s0[874]; char end; } glbk__glsl_prog_ism_extent_frag 
     "}\n", 0
 };
 
-static const struct { char s0[2457]; char end; } glbk__glsl_prog_ism_fill_comp = {
+static const struct { char s0[2386]; char end; } glbk__glsl_prog_ism_fill_comp = {
     "\n\n\n\n\nlayout(local_size_x=256)in;\n"
     "#define ISM_SIDE 64\n"
     "\nshared float ism_depths[ISM_SIDE*ISM_SIDE];\n"
@@ -2245,21 +2355,21 @@ static const struct { char s0[2457]; char end; } glbk__glsl_prog_ism_fill_comp =
     "}\n"
     "\nvoid main()\n"
     "{\n"
-    "int size=int(glbk_ism_frame.tile_side),levels=int(glbk_ism_frame.fill_levels);\n"
+    "int size=int(ISM_F.tile_side),levels=int(ISM_F.fill_levels);\n"
     "int block=size>ISM_SIDE?32:size,margin=size>ISM_SIDE?16:0;\n"
     "ivec2 begin=ivec2(gl_WorkGroupID.xy)*block,tile=begin-(begin&(size-1));\n"
-    "uint v=ism_tile_of(begin),holes=0u;\n"
-    "bool used=v<glbk_ism_frame.vpl_count;\n"
+    "uint v=ism_tile_of(begin),holes=0u,thread=gl_LocalInvocationIndex;\n"
+    "bool used=v<ISM_F.vpl_count;\n"
     "ism_grid grid=ism_read_grid(used?v:0u);\n"
     "ism_origin=begin-margin;\n"
-    "for(uint i=gl_LocalInvocationIndex;i<uint(ISM_SIDE*ISM_SIDE);i+=256u){\n"
+    "for(uint i=thread;i<uint(ISM_SIDE*ISM_SIDE);i+=256u){\n"
     "ivec2 at=ism_origin+ism_texel(i),local=at-tile;\n"
     "bool inside=used&&all(greaterThanEqual(local,ivec2(0)))&&all(lessThan(local,ivec2(size)));\n"
     "ism_depths[i]=inside?ism_plane_at(at).w:ISM_FAR;\n"
     "}\n"
     "barrier();\n"
     "for(uint k=0u;k<16u&&levels!=0;k++){\n"
-    "ivec2 texel=ism_texel(gl_LocalInvocationIndex+256u*k);\n"
+    "ivec2 texel=ism_texel(thread+256u*k);\n"
     "float depth=ism_depth(ism_origin+texel);\n"
     "bool near_by=all(greaterThanEqual(texel,ivec2(margin/2)))&&\n"
     "all(lessThan(texel,ivec2(ISM_SIDE-margin/2)));\n"
@@ -2267,11 +2377,11 @@ static const struct { char s0[2457]; char end; } glbk__glsl_prog_ism_fill_comp =
     "}\n"
     "barrier();\n"
     "for(uint k=0u;k<16u;k++)\n"
-    "if((holes>>k&1u)!=0u)ism_depths[gl_LocalInvocationIndex+256u*k]=ISM_FAR;\n"
+    "if((holes>>k&1u)!=0u)ism_depths[thread+256u*k]=ISM_FAR;\n"
     "for(int level=1;level<=levels;level++){\n"
     "int wide=ISM_SIDE>>level;\n"
     "barrier();\n"
-    "for(int i=int(gl_LocalInvocationIndex);i<wide*wide;i+=256){\n"
+    "for(int i=int(thread);i<wide*wide;i+=256){\n"
     "ivec2 cell=ivec2(i%wide,i/wide);\n"
     "uvec4 parts;\n"
     "for(int k=0;k<4;k++)parts[k]=ism_part(level-1,2*cell+ivec2(k&1,k>>1));\n"
@@ -2279,16 +2389,16 @@ static const struct { char s0[2457]; char end; } glbk__glsl_prog_ism_fill_comp =
     "}\n"
     "}\n"
     "barrier();\n"
-    "for(uint i=gl_LocalInvocationIndex;i<uint(block*block);i+=256u){\n"
-    "ivec2 at=begin+ivec2(i%uint(block),i/uint(block));\n"
+    "for(uint i=thread;i<uint(block*block);i+=256u){\n"
+    "ivec2 at=begin+ivec2(i%uint(block),i/uint(block)),from;\n"
     "float depth=ism_depth(at);\n"
-    "if(used&&levels!=0&&!(depth<ISM_FAR))depth=ism_filled(grid,at);\n"
+    "if(used&&levels!=0&&!(depth<ISM_FAR))depth=ism_filled(grid,at,from);\n"
     "imageStore(glbk_ism_atlas_out,at,uvec4(floatBitsToUint(depth),0u,0u,0u));\n"
     "}\n"
     "}\n", 0
 };
 
-static const struct { char s0[346]; char end; } glbk__glsl_prog_ism_holes_frag = {
+static const struct { char s0[328]; char end; } glbk__glsl_prog_ism_holes_frag = {
     "\n\n\n\nlayout(location=0)out uint result;\n"
     "\nfloat ism_depth(ivec2 at){return ism_plane_at(at).w;}\n"
     "\nvoid main()\n"
@@ -2297,12 +2407,12 @@ static const struct { char s0[346]; char end; } glbk__glsl_prog_ism_holes_frag =
     "uint v=ism_tile_of(at);\n"
     "float depth=ism_depth(at);\n"
     "result=0u;\n"
-    "if(!(depth<ISM_FAR)||v>=glbk_ism_frame.vpl_count)return;\n"
-    "result=glbk_ism_frame.fill_levels!=0u&&ism_hole(ism_read_grid(v),at,depth)?0u:1u;\n"
+    "if(!(depth<ISM_FAR)||v>=ISM_F.vpl_count)return;\n"
+    "result=ISM_F.fill_levels!=0u&&ism_hole(ism_read_grid(v),at,depth)?0u:1u;\n"
     "}\n", 0
 };
 
-static const struct { char s0[2536]; char end; } glbk__glsl_prog_ism_pairs_frag = {
+static const struct { char s0[2491]; char end; } glbk__glsl_prog_ism_pairs_frag = {
     "\n\n\n\nlayout(location=0)out uint result;\n"
     "\nstruct ism_cluster{\n"
     "float area,radius2;\n"
@@ -2339,7 +2449,7 @@ static const struct { char s0[2536]; char end; } glbk__glsl_prog_ism_pairs_frag 
     "}\n"
     "\n\nfloat ism_box_zoom(vec4 axis,float u,float r)\n"
     "{\n"
-    "float size=float(glbk_ism_frame.tile_side),rim=float(glbk_ism_frame.window_rim);\n"
+    "float size=float(ISM_F.tile_side),rim=float(ISM_F.window_rim);\n"
     "float low=max(u-r,.0),high=min(u+r,1.),from=low,to=high;\n"
     "if(axis.x<size){\n"
     "from=ism_zoom_axis(axis,size,rim,low)/size;\n"
@@ -2350,10 +2460,10 @@ static const struct { char s0[2536]; char end; } glbk__glsl_prog_ism_pairs_frag 
     "\n\n\nfloat ism_cluster_zoom(ism_cluster c,ism_vpl v)\n"
     "{\n"
     "vec3 origin=v.position,at;\n"
-    "float d=glbk_ism_frame.sphere.w,r=sqrt(c.radius2);\n"
+    "float d=ISM_F.sphere.w,r=sqrt(c.radius2);\n"
     "vec2 uv;\n"
     "bool seen;\n"
-    "if(v.sky)origin=glbk_ism_frame.sphere.xyz;\n"
+    "if(v.sky)origin=ISM_F.sphere.xyz;\n"
     "at=c.at-origin;\n"
     "if(!v.sky){\n"
     "float below=dot(v.basis[2],at);\n"
@@ -2377,7 +2487,7 @@ static const struct { char s0[2536]; char end; } glbk__glsl_prog_ism_pairs_frag 
     "uvec2 place=ism_unfold(ivec2(gl_FragCoord.xy),count);\n"
     "uint v=glbk_ism_scattering.first_vpl+place.y;\n"
     "float effect=.0;\n"
-    "if(place.x<count&&v<glbk_ism_frame.vpl_count){\n"
+    "if(place.x<count&&v<ISM_F.vpl_count){\n"
     "ism_cluster c=ism_read_cluster(place.x);\n"
     "ism_vpl l=ism_read_vpl(v);\n"
     "effect=ism_cluster_effect(c,l);\n"
@@ -2448,7 +2558,7 @@ static const struct { char s0[2185]; char end; } glbk__glsl_prog_ism_points_frag
     "}\n", 0
 };
 
-static const struct { char s0[320]; char end; } glbk__glsl_prog_ism_pull_frag = {
+static const struct { char s0[311]; char end; } glbk__glsl_prog_ism_pull_frag = {
     "\n\n\n\n#ifndef ISM_LEVEL\n"
     "#define ISM_LEVEL 1\n"
     "#endif\n"
@@ -2458,26 +2568,20 @@ static const struct { char s0[320]; char end; } glbk__glsl_prog_ism_pull_frag = 
     "ivec2 cell=ivec2(gl_FragCoord.xy);\n"
     "uvec4 parts;\n"
     "for(int k=0;k<4;k++)parts[k]=texelFetch(glbk_ism_below,2*cell+ivec2(k&1,k>>1),0).x;\n"
-    "result=ism_pull(ISM_LEVEL,cell&((int(glbk_ism_frame.tile_side)>>ISM_LEVEL)-1),parts);\n"
+    "result=ism_pull(ISM_LEVEL,cell&((int(ISM_F.tile_side)>>ISM_LEVEL)-1),parts);\n"
     "}\n", 0
 };
 
-static const struct { char s0[570]; char end; } glbk__glsl_prog_ism_push_frag = {
+static const struct { char s0[349]; char end; } glbk__glsl_prog_ism_push_frag = {
     "\n\n\n\nlayout(location=0)out uint result;\n"
-    "\nint ism_pulled(int level,ivec2 cell)\n"
-    "{\n"
-    "if(level==1)return int(texelFetch(glbk_ism_pull1,cell,0).x);\n"
-    "if(level==2)return int(texelFetch(glbk_ism_pull2,cell,0).x);\n"
-    "return int(texelFetch(glbk_ism_pull3,cell,0).x);\n"
-    "}\n"
     "\nvoid main()\n"
     "{\n"
-    "ivec2 at=ivec2(gl_FragCoord.xy);\n"
+    "ivec2 at=ivec2(gl_FragCoord.xy),from;\n"
     "uint v=ism_tile_of(at);\n"
     "float depth=ISM_FAR;\n"
-    "bool fills=glbk_ism_frame.fill_levels!=0u&&v<glbk_ism_frame.vpl_count;\n"
+    "bool fills=ISM_F.fill_levels!=0u&&v<ISM_F.vpl_count;\n"
     "if(texelFetch(glbk_ism_below,at,0).x!=0u)depth=ism_plane_at(at).w;\n"
-    "else if(fills)depth=ism_filled(ism_read_grid(v),at);\n"
+    "else if(fills)depth=ism_filled(ism_read_grid(v),at,from);\n"
     "result=floatBitsToUint(depth);\n"
     "}\n", 0
 };
@@ -2648,7 +2752,7 @@ static const struct { char s0[642]; char end; } glbk__glsl_prog_ism_shares_frag 
     "}\n", 0
 };
 
-static const struct { char s0[1721]; char end; } glbk__glsl_prog_ism_sights_frag = {
+static const struct { char s0[1559]; char end; } glbk__glsl_prog_ism_sights_frag = {
     "\n\n\n\n\n\n#ifndef FROM\n"
     "#define FROM 0\n"
     "#endif\n"
@@ -2668,13 +2772,12 @@ static const struct { char s0[1721]; char end; } glbk__glsl_prog_ism_sights_frag
     "{\n"
     "ivec2 at=ivec2(gl_FragCoord.xy),side=ivec2(glbk_ism_choosing.view_width,glbk_ism_choosing.view_height);\n"
     "glbk_point p;\n"
+    "first=second=uvec4(0u);\n"
     "#if FROM == 0\n"
-    "int rows=8;\n"
-    "if(side.y<8)rows=1;\n"
+    "int rows=side.y<8?1:8;\n"
     "ivec2 blocks=ivec2(64/rows,rows),block=ivec2(at.x%blocks.x,at.x/blocks.x);\n"
     "ivec2 from=side*block/blocks,to=side*(block+1)/blocks;\n"
     "vec4 most0=vec4(-3e38),most1=most0;\n"
-    "first=second=uvec4(0u);\n"
     "int y=from.y+(to.y-from.y)*at.y/32,end=from.y+(to.y-from.y)*(at.y+1)/32;\n"
     "for(;y<end;y++)\n"
     "for(int x=from.x;x<to.x;x++){\n"
@@ -2686,16 +2789,11 @@ static const struct { char s0[1721]; char end; } glbk__glsl_prog_ism_sights_frag
     "}\n"
     "}\n"
     "#else\n"
-    "vec4 pick=vec4(equal(ivec4(at.y&3),ivec4(0,1,2,3)));\n"
     "float most=-3e38;\n"
-    "first=second=uvec4(0u);\n"
     "for(int k=0;k<32;k++){\n"
-    "uvec4 four=texelFetch(glbk_ism_sights,ivec3(at.x,k,at.y>>2),0)*uvec4(pick);\n"
-    "int pixel=int(four.x+four.y+four.z+four.w)-1,row=max(pixel,0)/side.x;\n"
-    "bool seen=glbk_read_point(ivec2(max(pixel,0)-row*side.x,row),p);\n"
-    "float z=p.position.z;\n"
-    "if(at.y<4)z=-z;\n"
-    "float reach=dot(pick,ism_reach(p.position,z));\n"
+    "int pixel=int(texelFetch(glbk_ism_sights,ivec3(at.x,k,at.y>>2),0)[at.y&3])-1,i=max(pixel,0);\n"
+    "bool seen=glbk_read_point(ivec2(i%side.x,i/side.x),p);\n"
+    "float reach=ism_reach(p.position,p.position.z*(at.y<4?-1.:1.))[at.y&3];\n"
     "if(seen&&pixel>=0&&reach>most){\n"
     "most=reach;\n"
     "first=floatBitsToUint(vec4(p.position,1.));\n"
@@ -2757,7 +2855,7 @@ static const struct { char s0[1750]; char end; } glbk__glsl_prog_ism_sizes_frag 
     "}\n", 0
 };
 
-static const struct { char s0[3995]; char s1[367]; char end; } glbk__glsl_prog_ism_splat_comp = {
+static const struct { char s0[3993]; char s1[306]; char end; } glbk__glsl_prog_ism_splat_comp = {
     "\n\n\n\n\n\nlayout(local_size_x=512)in;\n"
     "#define ISM_THREADS 512u\n"
     "#define ISM_SIDE 64\n"
@@ -2775,8 +2873,8 @@ static const struct { char s0[3995]; char s1[367]; char end; } glbk__glsl_prog_i
     "uint ism_hopes[4];\n"
     "\n\n\nbool ism_find(uint i,out ism_surfel s)\n"
     "{\n"
-    "uint each=glbk_ism_frame.phase_surfel_count;\n"
-    "uint index=(i/each*glbk_ism_frame.vpl_capacity+ism_v)*each+i%each;\n"
+    "uint each=ISM_F.phase_surfel_count;\n"
+    "uint index=(i/each*ISM_F.vpl_capacity+ism_v)*each+i%each;\n"
     "if(!ism_surfel_of(index,ism_v,ism_l,s))return false;\n"
     "s.box=ivec4(max(s.box.xy,ism_part.xy),min(s.box.zw,ism_part.zw));\n"
     "return s.box.x<=s.box.z&&s.box.y<=s.box.w;\n"
@@ -2866,23 +2964,23 @@ static const struct { char s0[3995]; char s1[367]; char end; } glbk__glsl_prog_i
     "\nvoid main()\n"
     "{\n"
     "uint thread=gl_LocalInvocationIndex,count;\n"
-    "int side=min(int(glbk_ism_frame.tile_side),ISM_SIDE);\n"
+    "int side=min(int(ISM_F.tile_side),ISM_SIDE);\n"
     "ivec2 begin=ivec2(gl_WorkGroupID.xy)*side;\n"
     "ism_surfel s;\n"
     "ism_hopes=uint[4](0u,0u,0u,0u);\n"
     "ism_v=ism_tile_of(begin);\n"
     "ism_part=(begin-ism_tile_at(ism_v)).xyxy+ivec4(0,0,side-1,side-1);\n"
-    "count=glbk_ism_frame.triangle_count!=0u?glbk_ism_frame.surfel_count:0u;\n"
-    "if(ism_v>=glbk_ism_frame.vpl_count)count=0u;\n"
-    "ism_l=ism_read_vpl(min(ism_v,glbk_ism_frame.vpl_capacity-1u));\n"
+    "count=ISM_F.triangle_count!=0u?ISM_F.surfel_count:0u;\n"
+    "if(ism_v>=ISM_F.vpl_count)count=0u;\n"
+    "ism_l=ism_read_vpl(min(ism_v,ISM_F.vpl_capacity-1u));\n"
     "for(uint i=thread;i<uint(ISM_SIDE*ISM_SIDE);i+=ISM_THREADS){\n"
     "ism_depths[i]=floatBitsToUint(ISM_FAR);\n"
     "ism_owners[i>>1]=0xffffffffu;\n"
     "}\n"
     "if(thread==0u)ism_listed=0u;\n"
     "barrier();\n"
-    "for(int turn=0;turn<2;turn++)ism_draw_all(turn,count);\n",
-    "for(uint i=thread;i<uint(ISM_SIDE*ISM_SIDE);i+=ISM_THREADS){\n"
+    "for(int turn=0;turn<2;turn++)ism_draw_all(turn,count);\n"
+    "for(uint i=thread;i<uint(ISM_SIDE*ISM_SIDE);i+=ISM_THREADS){\n",
     "ivec2 texel=ivec2(i%uint(ISM_SIDE),i/uint(ISM_SIDE));\n"
     "vec4 surfel=vec4(.0,.0,.0,ISM_FAR);\n"
     "if(max(texel.x,texel.y)>=side)continue;\n"
@@ -2893,7 +2991,7 @@ static const struct { char s0[3995]; char s1[367]; char end; } glbk__glsl_prog_i
     "}\n", 0
 };
 
-static const struct { char s0[709]; char end; } glbk__glsl_prog_ism_splat_frag = {
+static const struct { char s0[817]; char end; } glbk__glsl_prog_ism_splat_frag = {
     "\n\n\n\nflat in vec4 ism_at;\n"
     "flat in vec4 ism_plane;\n"
     "flat in vec4 ism_across;\n"
@@ -2902,6 +3000,10 @@ static const struct { char s0[709]; char end; } glbk__glsl_prog_ism_splat_frag =
     "flat in vec4 ism_cut1;\n"
     "flat in vec4 ism_cut2;\n"
     "layout(location=0)out glbk_color result;\n"
+    "#if ISM_HITS\n"
+    "flat in uint ism_triangle;\n"
+    "layout(location=1)out uint hit;\n"
+    "#endif\n"
     "\nvoid main()\n"
     "{\n"
     "ivec2 at=ivec2(gl_FragCoord.xy);\n"
@@ -2909,17 +3011,23 @@ static const struct { char s0[709]; char end; } glbk__glsl_prog_ism_splat_frag =
     "ism_surfel s=ism_surfel(ism_at.xyz,ism_plane.xyz,ism_at.w,.0,vec2(.0),ism_cut1,ism_cut2,\n"
     "ism_box);\n"
     "ism_grid grid=ism_grid(ism_plane.w,ism_across,ism_down);\n"
-    "vec3 w=ism_texel_direction(grid,at&(int(glbk_ism_frame.tile_side)-1));\n"
+    "vec3 w=ism_texel_direction(grid,at&(int(ISM_F.tile_side)-1));\n"
     "float t=ism_meet(ism_plane.w<.0,s,w,ISM_FAR);\n"
     "if(!(t<ISM_FAR))discard;\n"
     "result=glbk_pack(vec4(ism_plane.xyz,t));\n"
+    "#if ISM_HITS\n"
+    "hit=ism_triangle;\n"
+    "#endif\n"
     "gl_FragDepth=t*5.421010862427522e-20;\n"
     "}\n", 0
 };
 
-static const struct { char s0[1212]; char end; } glbk__glsl_prog_ism_splat_vert = {
+static const struct { char s0[1346]; char end; } glbk__glsl_prog_ism_splat_vert = {
     "\n\n\n#ifndef ISM_QUADS\n"
     "#define ISM_QUADS 0\n"
+    "#endif\n"
+    "#ifndef ISM_HITS\n"
+    "#define ISM_HITS 0\n"
     "#endif\n"
     "flat out vec4 ism_at;\n"
     "flat out vec4 ism_plane;\n"
@@ -2928,15 +3036,18 @@ static const struct { char s0[1212]; char end; } glbk__glsl_prog_ism_splat_vert 
     "flat out ivec4 ism_box;\n"
     "flat out vec4 ism_cut1;\n"
     "flat out vec4 ism_cut2;\n"
+    "#if ISM_HITS\n"
+    "flat out uint ism_triangle;\n"
+    "#endif\n"
     "\nvoid main()\n"
     "{\n"
     "#if ISM_QUADS\n"
-    "uint index=uint(gl_InstanceID)+glbk_ism_frame.first_surfel;\n"
+    "uint index=uint(gl_InstanceID)+ISM_F.first_surfel;\n"
     "#else\n"
     "uint index=uint(gl_VertexID);\n"
     "gl_PointSize=1.;\n"
     "#endif\n"
-    "uint v=index/glbk_ism_frame.phase_surfel_count;\n"
+    "uint v=index/ISM_F.phase_surfel_count;\n"
     "ism_surfel s;\n"
     "gl_Position=vec4(2.,2.,2.,1.);\n"
     "ism_at=vec4(.0);\n"
@@ -2944,7 +3055,10 @@ static const struct { char s0[1212]; char end; } glbk__glsl_prog_ism_splat_vert 
     "ism_across=ism_down=vec4(.0);\n"
     "ism_box=ivec4(0);\n"
     "ism_cut1=ism_cut2=vec4(.0);\n"
-    "if(v>=glbk_ism_frame.vpl_count)return;\n"
+    "#if ISM_HITS\n"
+    "ism_triangle=texelFetch(glbk_ism_surfels,glbk_table_at(index),0).x;\n"
+    "#endif\n"
+    "if(v>=ISM_F.vpl_count)return;\n"
     "ism_vpl l=ism_read_vpl(v);\n"
     "if(!ism_surfel_of(index,v,l,s))return;\n"
     "ism_at=vec4(s.at,s.radius2);\n"
@@ -2962,7 +3076,7 @@ static const struct { char s0[1212]; char end; } glbk__glsl_prog_ism_splat_vert 
     "ivec2 wide=s.box.zw-s.box.xy;\n"
     "gl_PointSize=float(max(wide.x,wide.y)+1);\n"
     "#endif\n"
-    "uint side=glbk_ism_frame.tile_side*glbk_ism_frame.tiles_across;\n"
+    "uint side=ISM_F.tile_side*ISM_F.tiles_across;\n"
     "gl_Position=vec4(at/float(side)*2.-1.,.0,1.);\n"
     "}\n", 0
 };
@@ -3005,22 +3119,17 @@ static const struct { char s0[1192]; char end; } glbk__glsl_prog_ism_weigh_frag 
     "}\n", 0
 };
 
-static const struct { char s0[1591]; char end; } glbk__glsl_prog_ism_windows_frag = {
+static const struct { char s0[1463]; char end; } glbk__glsl_prog_ism_windows_frag = {
     "\n\n\n\n\n\nlayout(location=0)out uvec4 result;\n"
     "\nvec4 ism_drawn(ivec2 at,int k){return uintBitsToFloat(texelFetch(glbk_ism_drawn,ivec3(at,k),0));}\n"
     "\nvoid main()\n"
     "{\n"
     "ivec2 at=ivec2(gl_FragCoord.xy);\n"
     "vec4 facing=ism_drawn(at,1),across,down;\n"
-    "vec3 place=ism_drawn(at,0).xyz,moved;\n"
+    "vec3 place=ism_drawn(at,0).xyz;\n"
     "uint face=(uint(ism_drawn(at,2).w)&127u)<<24,side=glbk_ism_frame.tile_side,window=0u;\n"
     "uvec4 before=texelFetch(glbk_ism_windows,at,0);\n"
     "vec2 lo=vec2(1.),hi=vec2(.0),uv;\n"
-    "bool black=dot(facing.xyz,facing.xyz)==.0;\n"
-    "if(black){\n"
-    "place=vec3(1e30);\n"
-    "facing.z=1.;\n"
-    "}\n"
     "mat3 basis=ism_basis_of(facing.xyz);\n"
     "for(int i=0;i<512;i++){\n"
     "vec4 p=uintBitsToFloat(texelFetch(glbk_ism_sights,ivec3(i&63,i>>6,0),0));\n"
@@ -3035,8 +3144,8 @@ static const struct { char s0[1591]; char end; } glbk__glsl_prog_ism_windows_fra
     "vec2 pad=(hi-lo)*.015625;\n"
     "uvec4 need=uvec4(clamp(64.*vec4(lo-pad,hi+pad),.0,63.));\n"
     "need.zw=63u-need.zw;\n"
-    "uvec4 was=uvec4(before.w,before.w>>6,before.w>>12,before.w>>18)&63u;\n"
-    "moved=place-uintBitsToFloat(before.xyz);\n"
+    "uvec4 was=ism_cut(before.w);\n"
+    "vec3 moved=place-uintBitsToFloat(before.xyz);\n"
     "bool known=glbk_ism_choosing.windows==2u&&(before.w&0x7f000000u)==face;\n"
     "known=known&&dot(moved,moved)<=facing.w*facing.w;\n"
     "uvec4 kept=uvec4(lessThanEqual(was,need))*uvec4(greaterThanEqual(was+2u,need));\n"
@@ -3100,6 +3209,9 @@ static const glbk_file glbk__ism_files[] = {
     { "lib/ism_map.glsl\0" "cohsm_math" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_ism_map_glsl },
+    { "lib/ism_pulled.glsl\0" "ism_bindings" "\0" "" "\0"
+      "" "\0" "",
+      (const char *)&glbk__glsl_lib_ism_pulled_glsl },
     { "lib/ism_push.glsl\0" "ism_fill" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_lib_ism_push_glsl },
@@ -3121,6 +3233,9 @@ static const glbk_file glbk__ism_files[] = {
     { "prog/ism_blur.frag\0" "ism_blur" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_blur_frag },
+    { "prog/ism_bounce.frag\0" "ism_push ism_pulled ism_corners" "\0" "" "\0"
+      "ISM_PROJECTION=1 | ISM_PROJECTION=2" "\0" "",
+      (const char *)&glbk__glsl_prog_ism_bounce_frag },
     { "prog/ism_choose.frag\0" "ism_search ism_hash ism_inter_texel" "\0" "" "\0"
       "" "\0" "",
       (const char *)&glbk__glsl_prog_ism_choose_frag },
@@ -3154,7 +3269,7 @@ static const glbk_file glbk__ism_files[] = {
     { "prog/ism_pull.frag\0" "ism_fill" "\0" "" "\0"
       "ISM_LEVEL=1 | ISM_LEVEL=2 | ISM_LEVEL=3" "\0" "",
       (const char *)&glbk__glsl_prog_ism_pull_frag },
-    { "prog/ism_push.frag\0" "ism_push" "\0" "" "\0"
+    { "prog/ism_push.frag\0" "ism_push ism_pulled" "\0" "" "\0"
       "ISM_PROJECTION=1 | ISM_PROJECTION=4" "\0" "",
       (const char *)&glbk__glsl_prog_ism_push_frag },
     { "prog/ism_receivers.frag\0" "cohsm_math ism_fold gbuffer ism_scattering" "\0" "" "\0"
@@ -3191,7 +3306,7 @@ static const glbk_file glbk__ism_files[] = {
       "ISM_PROJECTION=1 | ISM_PROJECTION=4" "\0" "",
       (const char *)&glbk__glsl_prog_ism_splat_comp },
     { "prog/ism_splat.frag\0" "ism_disc" "\0" "ism_splat.vert" "\0"
-      "ISM_PROJECTION=1 ISM_QUADS=0 | ISM_PROJECTION=4 ISM_QUADS=1" "\0" "",
+      "ISM_PROJECTION=1 ISM_QUADS=0 ISM_HITS=0 | ISM_PROJECTION=4 ISM_QUADS=1 ISM_HITS=1" "\0" "",
       (const char *)&glbk__glsl_prog_ism_splat_frag },
     { "prog/ism_splat.vert\0" "ism_disc" "\0" "" "\0"
       "" "\0" "",
@@ -3562,6 +3677,24 @@ static void glbk__ism_make_block(glbk__ism_making *k, size_t bytes, glbk_buffer 
     if (k->result == GLBK_OK) k->result = glbk_buffer_create(k->ctx, bytes, NULL, out);
 }
 
+/* Makes the picture of the triangles that surfels lie on, and draws it together with the planes. */
+static void glbk__ism_make_hits(glbk__ism_making *k, glbk_ism_maps *m)
+{
+    glbk_texture_desc d;
+    glbk_target_desc t;
+    memset(&d, 0, sizeof d);
+    memset(&t, 0, sizeof t);
+    d.format = GLBK_FORMAT_R32UI;
+    d.width = d.height = m->side;
+    t.color[0] = &m->planes;
+    t.color[1] = &m->hits;
+    t.depth = &m->depth;
+    if (k->result != GLBK_OK) return;
+    glbk_target_free(k->ctx, &m->plane_target);
+    k->result = glbk_texture_create(k->ctx, &d, &m->hits);
+    if (k->result == GLBK_OK) k->result = glbk__target_create(k->ctx, &t, &m->plane_target);
+}
+
 /* Makes the pictures that both paths draw to: the planes of surfels, and the atlas. */
 static void glbk__ism_make_canvases(glbk__ism_making *k, glbk_ism_maps *m)
 {
@@ -3572,6 +3705,7 @@ static void glbk__ism_make_canvases(glbk__ism_making *k, glbk_ism_maps *m)
     if (!m->compute && k->result == GLBK_OK) k->result = glbk_texture_create(k->ctx, &d, &m->depth);
     glbk__ism_make_canvas(k, GLBK_FORMAT_COLOR, m->side, m->side, m->compute ? NULL : &m->depth, &m->planes,
                           &m->plane_target);
+    if (m->desc.keep_hits) glbk__ism_make_hits(k, m);
     glbk__ism_make_canvas(k, GLBK_FORMAT_R32UI, m->side, m->side, NULL, &m->atlas, &m->atlas_target);
 }
 
@@ -3599,10 +3733,11 @@ static void glbk__ism_make_fill(glbk__ism_making *k, glbk_ism_maps *m)
 /* Compiles all programs that maps need. */
 static void glbk__ism_make_programs(glbk__ism_making *k, glbk_ism_maps *m)
 {
-    char defines[] = "ISM_PROJECTION=1 ISM_QUADS=0";
+    char defines[] = "ISM_PROJECTION=1 ISM_QUADS=0 ISM_HITS=0";
     m->quads = !m->compute && k->ctx->max_point_side < (float)m->desc.tile_side;
     defines[15] = (char)('0' + (int)m->desc.projection);
     defines[27] = m->quads ? '1' : '0';
+    defines[38] = m->desc.keep_hits ? '1' : '0';
     k->defines = defines;
     glbk__ism_make_program(k, m->compute ? "ism_splat.comp" : "ism_splat.frag", &m->splat);
     if (m->compute) glbk__ism_make_program(k, "ism_fill.comp", &m->fill);
@@ -3677,8 +3812,8 @@ static glbk_result glbk__ism_lay_out(const glbk_context *ctx, const char *functi
     for (m->tiles_across = 1; m->tiles_across * m->tiles_across < d->vpl_count; m->tiles_across++) {}
     m->side = m->tiles_across * d->tile_side;
     m->phase_surfel_count = (d->surfel_count + d->lazy_frames - 1) / d->lazy_frames;
-    /* ism_splat.comp counts the surfels of a VPL in 16 bits. */
-    m->compute = ctx->compute && m->phase_surfel_count * d->lazy_frames <= 65536;
+    /* ism_splat.comp counts the surfels of a VPL in 16 bits, and keeps no hits. */
+    m->compute = ctx->compute && !d->keep_hits && m->phase_surfel_count * d->lazy_frames <= 65536;
     if (m->side <= ctx->max_side) return GLBK_OK;
     return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, function, "the atlas's side, of all VPLs' tiles,",
                               m->side, 8, ctx->max_side);
@@ -3695,6 +3830,7 @@ static glbk_result glbk__ism_create_all(glbk_context *ctx, glbk_ism_maps *m)
     glbk__ism_make_table(&k, GLBK_FORMAT_RGBA32UI, NULL, texels, &m->vpls);
     glbk__ism_make_table(&k, GLBK_FORMAT_RGBA32UI, nothing, 1, &m->triangle_table);
     glbk__ism_make_table(&k, GLBK_FORMAT_RGBA32F, nothing, 1, &m->positions);
+    glbk__ism_make_table(&k, GLBK_FORMAT_RGBA32F, nothing, 1, &m->albedos);
     glbk__ism_make_block(&k, sizeof(glbk_ism_frame), &m->frame);
     glbk__ism_make_block(&k, sizeof(glbk_ism_view), &m->view);
     glbk__ism_make_canvases(&k, m);
@@ -3736,7 +3872,9 @@ GLBK_DEF void glbk_ism_maps_free(glbk_context *ctx, glbk_ism_maps *m)
     for (i = 0; i < 64; i++) glbk_texture_free(ctx, &m->phase_surfels[i]);
     glbk_texture_free(ctx, &m->triangle_table);
     glbk_texture_free(ctx, &m->positions);
+    glbk_texture_free(ctx, &m->albedos);
     glbk_texture_free(ctx, &m->planes);
+    glbk_texture_free(ctx, &m->hits);
     glbk_texture_free(ctx, &m->depth);
     glbk_texture_free(ctx, &m->kept);
     glbk_texture_free(ctx, &m->atlas);
@@ -3749,8 +3887,8 @@ GLBK_DEF void glbk_ism_maps_free(glbk_context *ctx, glbk_ism_maps *m)
 
 /* ---- ism: meshes, surfels, VPLs and near points from the CPU ---- */
 
-/* Writes count strided triples into a table of four floats each, which has at least one texel. had is how
-   many the table holds now; the table is made anew if the number changes. */
+/* Writes count strided triples into a table of four floats each, which has at least one texel; from NULL: 0.5
+   everywhere. had is how many the table holds now; the table is made anew if the number changes. */
 static glbk_result glbk__ism_upload(glbk_context *ctx, glbk_texture *table, uint32_t had, const float *from,
                                     size_t count, size_t stride)
 {
@@ -3760,8 +3898,9 @@ static glbk_result glbk__ism_upload(glbk_context *ctx, glbk_texture *table, uint
     glbk_result result;
     size_t i;
     if (!texels) return GLBK_ERR_ALLOC;
-    memset(texels, 0, 16 * (count ? count : 1));
-    for (i = 0; i < count; i++) memcpy(texels + 4 * i, (const char *)from + (stride ? stride : 12) * i, 12);
+    for (i = 0; i < 4 * (count ? count : 1); i++) texels[i] = 0.5f;
+    for (i = 0; i < count && from; i++)
+        memcpy(texels + 4 * i, (const char *)from + (stride ? stride : 12) * i, 12);
     if (table->name && count == had && count) {
         result = glbk__table_update(ctx, table, 0, count, texels);
     } else {
@@ -3818,6 +3957,8 @@ static glbk_result glbk__ism_replace_mesh(glbk_context *ctx, glbk_ism_maps *m, c
     if (result != GLBK_OK) return result;
     result = glbk__ism_upload(ctx, &m->positions, m->vertex_count, mesh->positions, mesh->vertex_count,
                               mesh->vertex_stride);
+    if (result == GLBK_OK && m->desc.keep_hits)
+        result = glbk__ism_upload(ctx, &m->albedos, m->triangle_count, mesh->albedos, count, 0);
     if (result != GLBK_OK) {
         glbk_texture_free(ctx, &made);
         return result;
@@ -5188,6 +5329,96 @@ GLBK_DEF void glbk_ism_spread_free(glbk_context *ctx, glbk_ism_spread *s)
     glbk_target_free(ctx, &s->surfel_target);
     glbk_buffer_free(ctx, &s->block);
     memset(s, 0, sizeof *s);
+}
+
+/* ==== src/gl_ism/bounce.h ==== */
+
+/* ---- ism: the next bounce on the GPU ---- */
+
+/* Checks the arguments of glbk_ism_bounces_create. */
+static glbk_result glbk__ism_check_bounces(const glbk_context *ctx, const char *function,
+                                           const glbk_ism_maps *m, uint32_t side)
+{
+    const glbk_result result = glbk__ism_check_maps(ctx, function, m);
+    double texels = side;
+    if (result != GLBK_OK) return result;
+    if (!side || !glbk__ism_power_of_two(side) || side > m->desc.tile_side)
+        return glbk__refuse_value(ctx, GLBK_ERR_ARGUMENT, function, "side", side,
+                                  "a power of two, desc.tile_side at most");
+    if (!m->desc.keep_hits)
+        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, function, "maps", "have no desc.keep_hits");
+    texels *= texels;
+    if (texels < m->desc.vpl_count) texels = m->desc.vpl_count;
+    if (texels <= ctx->max_side) return GLBK_OK;
+    return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, function, "side x side, or vpl_count,", texels, 1,
+                              ctx->max_side);
+}
+
+GLBK_DEF glbk_result glbk_ism_bounces_create(glbk_context *ctx, const glbk_ism_maps *m, uint32_t side,
+                                             glbk_ism_bounces *out)
+{
+    char defines[] = "ISM_PROJECTION=1";
+    glbk__ism_making k;
+    glbk_result result;
+    if (!ctx) return GLBK_ERR_ARGUMENT;
+    if (!out) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "out", "is NULL");
+    memset(out, 0, sizeof *out);
+    result = glbk__ism_check_bounces(ctx, __func__, m, side);
+    if (result != GLBK_OK) return result;
+    defines[15] = (char)('0' + (int)m->desc.projection);
+    out->table = m->vpls.name;
+    out->side = side;
+    k = glbk__ism_begin_making(ctx);
+    k.defines = defines;
+    glbk__ism_make_layers(&k, GLBK_FORMAT_RGBA32UI, side * side, m->desc.vpl_count, 3, &out->texels);
+    glbk__ism_make_target(&k, NULL, &out->texels, 3, &out->target);
+    glbk__ism_make_program(&k, "ism_bounce.frag", &out->program);
+    if (k.result != GLBK_OK) glbk_ism_bounces_free(ctx, out);
+    return k.result;
+}
+
+GLBK_DEF glbk_result glbk_ism_bounce(glbk_context *ctx, glbk_ism_bounces *b, const glbk_ism_maps *m)
+{
+    glbk_ism_frame f;
+    glbk_pass pass;
+    glbk_result result;
+    uint32_t i;
+    if (!ctx) return GLBK_ERR_ARGUMENT;
+    result = glbk__require_created(ctx, __func__, "bounces", b ? &b->texels.name : NULL);
+    if (result == GLBK_OK) result = glbk__ism_check_maps(ctx, __func__, m);
+    if (result != GLBK_OK) return result;
+    if (m->vpls.name != b->table)
+        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, __func__, "maps",
+                            "are not those that the bounces were made for");
+    if (!m->drawn)
+        return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "maps", "were never drawn: glbk_ism_draw");
+    f = glbk__ism_frame_of(m);
+    f.bounce_side = b->side;
+    memset(&pass, 0, sizeof pass);
+    pass.target = &b->target;
+    result = glbk_begin(ctx, &pass, &b->program);
+    if (result == GLBK_OK) result = glbk__put_block(ctx, GLBK_SLOT_glbk_ism_frame, &m->frame, &f);
+    if (result != GLBK_OK) return result;
+    glbk__ism_bind_planes(ctx, m);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_below, &m->kept);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_atlas, &m->atlas);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_hits, &m->hits);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_albedos, &m->albedos);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_triangles, &m->triangle_table);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_positions, &m->positions);
+    for (i = 0; i < GLBK_ISM_LEVELS; i++)
+        glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_pull1 + i, &m->pull[i]);
+    glbk_draw_screen(ctx);
+    return GLBK_OK;
+}
+
+GLBK_DEF void glbk_ism_bounces_free(glbk_context *ctx, glbk_ism_bounces *b)
+{
+    if (!b) return;
+    glbk_target_free(ctx, &b->target);
+    glbk_texture_free(ctx, &b->texels);
+    glbk_program_free(ctx, &b->program);
+    memset(b, 0, sizeof *b);
 }
 
 /* ==== src/gl_ism/end.h ==== */

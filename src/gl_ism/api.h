@@ -95,12 +95,14 @@ struct glbk_ism_maps {                  /* the maps of all VPLs; read only; zero
     glbk_texture surfels;               /* the table of surfels of all phases (compute path) */
     glbk_texture triangle_table;        /* the table of triangles */
     glbk_texture positions;             /* the table of vertices */
+    glbk_texture albedos;               /* the table of the triangles' albedos, with desc.keep_hits */
     glbk_texture planes;                /* the nearest surfels; of the atlas's size */
+    glbk_texture hits;                  /* their triangles, with desc.keep_hits; of the atlas's size */
     glbk_texture depth;                 /* the depth buffer that surfels are drawn with */
     glbk_texture kept;                  /* which texels keep their surfels; of the atlas's size */
     glbk_texture pull[GLBK_ISM_LEVELS]; /* the levels of pull, each of half the size of the one before */
     glbk_texture atlas;                 /* the depths of all maps */
-    glbk_target  plane_target;          /* of planes and depth */
+    glbk_target  plane_target;          /* of planes, hits and depth */
     glbk_target  kept_target;           /* of kept */
     glbk_target  pull_target[GLBK_ISM_LEVELS];      /* of pull */
     glbk_target  atlas_target;          /* of atlas */

@@ -8,7 +8,8 @@ GLBK_DEF glbk_result glbk_ism_maps_create(glbk_context *ctx, const ism_desc *des
    are drawn by compute: if ctx->compute is set, unless the surfels of a VPL, rounded up to lazy_frames
    phases, are more than 65,536.
    desc     the desc of the ism_create whose lists are drawn; NULL = all defaults. vpl_count, surfel_count,
-            tile_side, projection, lazy_frames, splat_scale, near_point_count, window_rim and no_fill count.
+            tile_side, projection, lazy_frames, splat_scale, near_point_count, window_rim, keep_hits and
+            no_fill count. With keep_hits the core path draws, and 4 bytes for each texel are added.
             The other fields, also its system, say how ism.h chooses the lists and play no part here
    out      zeroed on errors
    Memory   on the GPU: 26 bytes for each texel of the atlas, by compute 20, and 16 for each surfel. 1024 VPLs
@@ -19,7 +20,7 @@ GLBK_DEF glbk_result glbk_ism_maps_create(glbk_context *ctx, const ism_desc *des
 GLBK_DEF glbk_result glbk_ism_mesh_upload(glbk_context *ctx, glbk_ism_maps *maps, const ism_mesh *mesh);
 /* Sets the mesh that casts shadows. If the number of triangles changes, the surfels of all phases must be
    given anew.
-   mesh     NULL = nothing casts shadows; its albedos play no part
+   mesh     NULL = nothing casts shadows; its albedos are for glbk_ism_bounce, with desc.keep_hits
    Errors   GLBK_ERR_ARGUMENT: maps is NULL or was not created, or arrays, counts or strides do not fit.
             GLBK_ERR_INPUT: an index reaches beyond vertex_count. GLBK_ERR_LIMIT, GLBK_ERR_ALLOC */
 

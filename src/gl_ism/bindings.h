@@ -3,6 +3,7 @@
 #define GLBK_ISM_TABLES(X)                                                                              \
     X(usampler2DArray, glbk_ism_vpls, 0)        /* VPLs and near points: docs/gpu-layouts.md */         \
     X(usampler2DArray, glbk_ism_surfels, 1)     /* triangle, barycentric coordinates, area */           \
+    X(sampler2DArray, glbk_ism_albedos, 1)      /* of triangles */                                      \
     X(usampler2DArray, glbk_ism_triangles, 2)   /* of each three indices, opacity */                    \
     X(sampler2DArray, glbk_ism_positions, 3)    /* of vertices */
 
@@ -10,6 +11,7 @@
     X(usampler2D, glbk_ism_atlas, 4)            /* depths, floats as bits */                            \
     X(glbk_color_sampler, glbk_ism_planes, 5)   /* plane and depth of a texel's nearest surfel */       \
     X(usampler2D, glbk_ism_below, 6)            /* kept texels, or the level below */                   \
+    X(usampler2D, glbk_ism_hits, 7)             /* triangle of a texel's nearest surfel */              \
     X(glbk_color_sampler, glbk_ism_light, 7)    /* irradiance; 8 to 11 are the G-buffer's */            \
     X(usampler2D, glbk_ism_pull1, 12)           /* levels of pull, whose slots are neighbours */        \
     X(usampler2D, glbk_ism_pull2, 13)                                                                   \
@@ -70,8 +72,8 @@
     X(uint, first_sphere, 1)        /* where in glbk_ism_vpls spheres of near points begin */           \
     X(uint, first_near_point, 1)    /* where in glbk_ism_vpls near points begin */                      \
     X(uint, first_surfel, 1)        /* of a draw of rectangles: the surfel of instance 0 */             \
-    X(uint, unused0, 1)                                                                                 \
-    X(uint, unused1, 1)
+    X(uint, bounce_side, 1)         /* cells a side of a tile that glbk_ism_bounce reads */             \
+    X(uint, unused0, 1)
 
 #define GLBK_ISM_FRAME_MEMBERS(X) GLBK_ISM_COUNT_MEMBERS(X) GLBK_ISM_MESH_MEMBERS(X)
 

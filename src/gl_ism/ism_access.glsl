@@ -1,6 +1,7 @@
 // ism_access - reads VPLs and finds the texels of their tiles, by what glbk_ism_bind binds.
 // uses: table ism_map ism_bindings
 // ISM_TEXEL reads texel i of the table of VPLs, whose floats are kept as their bits: so every GL can draw it.
+#define ISM_F glbk_ism_frame            // short, since 60 places name it
 #define ISM_TEXEL(i) uintBitsToFloat(texelFetch(glbk_ism_vpls, glbk_table_at(i), 0))
 
 struct ism_grid {               // what the texels of a tile depend on
@@ -27,7 +28,7 @@ ism_grid ism_grid_of(float exponent, uint window)
 {
     ism_grid g;
     g.exponent = exponent;
-    ism_axes(window, glbk_ism_frame.tile_side, glbk_ism_frame.window_rim, g.across, g.down);
+    ism_axes(window, ISM_F.tile_side, ISM_F.window_rim, g.across, g.down);
     return g;
 }
 
@@ -43,7 +44,7 @@ ism_vpl ism_read_vpl(uint v)
     l.normal = b.xyz;
     l.edge = b.w;
     l.flux = c.xyz;
-    l.reach = glbk_ism_frame.near_point_count > 0u ? c.w : 0.0;
+    l.reach = ISM_F.near_point_count > 0u ? c.w : 0.0;
     l.axis = l.exponent != 1.0 ? d.xyz : l.normal;
     l.window = uint(d.w);
     l.grid = ism_grid_of(a.w, l.window);
@@ -55,29 +56,29 @@ ism_vpl ism_read_vpl(uint v)
 // Returns the texel at which the tile of a VPL begins in the atlas.
 ivec2 ism_tile_at(uint v)
 {
-    uint tiles = glbk_ism_frame.tiles_across;
+    uint tiles = ISM_F.tiles_across;
     uint row = uint((float(v) + 0.5) / float(tiles));       // divided as floats: see ism_axis
-    return ivec2(v - row * tiles, row) * int(glbk_ism_frame.tile_side);
+    return ivec2(v - row * tiles, row) * int(ISM_F.tile_side);
 }
 
 // Returns the number of the VPL in whose tile a texel of the atlas lies.
 uint ism_tile_of(ivec2 at)
 {
-    ivec2 tile = at / int(glbk_ism_frame.tile_side);
-    return uint(tile.y) * glbk_ism_frame.tiles_across + uint(tile.x);
+    ivec2 tile = at / int(ISM_F.tile_side);
+    return uint(tile.y) * ISM_F.tiles_across + uint(tile.x);
 }
 
 // Returns the place in a tile, in texels, of a place on the unit square of its map.
 vec2 ism_to_tile(ism_grid g, vec2 uv)
 {
-    float size = float(glbk_ism_frame.tile_side), rim = float(glbk_ism_frame.window_rim);
+    float size = float(ISM_F.tile_side), rim = float(ISM_F.window_rim);
     return vec2(ism_zoom_axis(g.across, size, rim, uv.x), ism_zoom_axis(g.down, size, rim, uv.y));
 }
 
 // Returns the place on the unit square of a place in a tile, in texels.
 vec2 ism_from_tile(ism_grid g, vec2 at)
 {
-    float size = float(glbk_ism_frame.tile_side), rim = float(glbk_ism_frame.window_rim);
+    float size = float(ISM_F.tile_side), rim = float(ISM_F.window_rim);
     return vec2(ism_unzoom_axis(g.across, size, rim, at.x), ism_unzoom_axis(g.down, size, rim, at.y));
 }
 

@@ -12,8 +12,8 @@ float ism_luminance_of(uint v)
 
 void main()
 {
-    uint count = glbk_ism_frame.vpl_count, n = glbk_ism_scattering.surfel_count;
-    uint v = ism_unfold(ivec2(gl_FragCoord.xy), glbk_ism_frame.vpl_capacity).x;
+    uint count = ISM_F.vpl_count, n = glbk_ism_scattering.surfel_count;
+    uint v = ism_unfold(ivec2(gl_FragCoord.xy), ISM_F.vpl_capacity).x;
     float mean = 0.0;
     result = n;
     if (glbk_ism_scattering.vary_surfels == 0u || v >= count) return;

@@ -21,8 +21,8 @@ bool ism_place_surfel(ism_vpl l, vec3 p, vec3 normal, float area, inout ism_surf
     vec3 n = normal * basis;
     s.radius2 = area * (1.0 / COHSM_PI);
     if (l.sky) {
-        vec3 o = (p - glbk_ism_frame.sphere.xyz) * basis;
-        float r = glbk_ism_frame.sphere.w, slope = abs(n.z) > 0.05 ? 1.0 / n.z : 0.0;
+        vec3 o = (p - ISM_F.sphere.xyz) * basis;
+        float r = ISM_F.sphere.w, slope = abs(n.z) > 0.05 ? 1.0 / n.z : 0.0;
         s.depth = o.z + r;
         s.uv = 0.5 * o.xy / r + 0.5;
         s.at = vec3(o.xy, s.depth);
@@ -58,9 +58,9 @@ bool ism_place_surfel(ism_vpl l, vec3 p, vec3 normal, float area, inout ism_surf
 // window.
 float ism_texels_per_unit(ism_vpl l)
 {
-    float size = float(glbk_ism_frame.tile_side);
+    float size = float(ISM_F.tile_side);
     uint p = ism_projection_of(l.exponent);
-    if (l.sky) return 0.5 * size / glbk_ism_frame.sphere.w;
+    if (l.sky) return 0.5 * size / ISM_F.sphere.w;
     if (p == ISM_PROJECTION_PARABOLOID) return 0.5 * size;
     return 0.9 * size * (p == ISM_PROJECTION_LOBE ? sqrt(0.5 * (l.exponent + 1.0)) : 1.0);
 }
@@ -79,7 +79,7 @@ vec3 ism_corner(uint vertex) { return texelFetch(glbk_ism_positions, glbk_table_
 // Finds the texels that the disc may touch. Returns false if there are none.
 bool ism_box_surfel(ism_vpl l, inout ism_surfel s)
 {
-    int size = int(glbk_ism_frame.tile_side);
+    int size = int(ISM_F.tile_side);
     float most = float(size), reach = sqrt(s.radius2) * ism_texels_per_unit(l) / (l.sky ? 1.0 : s.depth);
     if (!(reach > 0.0)) return false;
     reach = min(reach, most);
@@ -99,15 +99,15 @@ bool ism_surfel_of(uint index, uint v, ism_vpl l, out ism_surfel s)
 {
     uvec4 surfel = texelFetch(glbk_ism_surfels, glbk_table_at(index), 0);
     float share = uintBitsToFloat(surfel.w);
-    if (!(share > 0.0) || surfel.x >= glbk_ism_frame.triangle_count) return false;
+    if (!(share > 0.0) || surfel.x >= ISM_F.triangle_count) return false;
     uvec4 t = texelFetch(glbk_ism_triangles, glbk_table_at(surfel.x), 0);
-    uvec2 tile = uvec2(v % glbk_ism_frame.tiles_across, v / glbk_ism_frame.tiles_across);
+    uvec2 tile = uvec2(v % ISM_F.tiles_across, v / ISM_F.tiles_across);
     if (!ism_dither(tile, uintBitsToFloat(t.w))) return false;
     vec3 p = ism_corner(t.x), e1 = ism_corner(t.y) - p, e2 = ism_corner(t.z) - p, n = cross(e1, e2);
     float length2 = dot(n, n), size = sqrt(length2);
     if (!(length2 > 0.0) || !cohsm_finite(length2)) return false;
     vec2 b = uintBitsToFloat(surfel.yz);
-    float area = glbk_ism_frame.splat_scale * share * 0.5 * size;
+    float area = ISM_F.splat_scale * share * 0.5 * size;
     p += e1 * b.x + e2 * b.y;
     s.cut1 = s.cut2 = vec4(-2.0);
     if (share < 1.0) {
@@ -124,7 +124,7 @@ float ism_meet(bool sky, ism_surfel s, vec3 w, float limit)
 {
     float t = ism_plane_depth(sky, s.g, w);
     if (!(t > 0.0 && t <= min(limit, ISM_DEEPEST))) return ISM_FAR;
-    vec3 d = (sky ? vec3(w.xy * glbk_ism_frame.sphere.w, t) : w * t) - s.at;
+    vec3 d = (sky ? vec3(w.xy * ISM_F.sphere.w, t) : w * t) - s.at;
     if (!(dot(d, d) <= s.radius2)) return ISM_FAR;
     vec2 b = vec2(s.cut1.w + dot(d, s.cut1.xyz), s.cut2.w + dot(d, s.cut2.xyz));
     return s.cut1.w > -1.0 && !(min(b.x, b.y) >= -1e-4 && b.x + b.y <= 1.0001) ? ISM_FAR : t;

@@ -41,21 +41,21 @@ uint ism_part(int level, ivec2 cell)
 
 void main()
 {
-    int size = int(glbk_ism_frame.tile_side), levels = int(glbk_ism_frame.fill_levels);
+    int size = int(ISM_F.tile_side), levels = int(ISM_F.fill_levels);
     int block = size > ISM_SIDE ? 32 : size, margin = size > ISM_SIDE ? 16 : 0;
     ivec2 begin = ivec2(gl_WorkGroupID.xy) * block, tile = begin - (begin & (size - 1));
-    uint v = ism_tile_of(begin), holes = 0u;
-    bool used = v < glbk_ism_frame.vpl_count;
+    uint v = ism_tile_of(begin), holes = 0u, thread = gl_LocalInvocationIndex;
+    bool used = v < ISM_F.vpl_count;
     ism_grid grid = ism_read_grid(used ? v : 0u);
     ism_origin = begin - margin;
-    for (uint i = gl_LocalInvocationIndex; i < uint(ISM_SIDE * ISM_SIDE); i += 256u) {
+    for (uint i = thread; i < uint(ISM_SIDE * ISM_SIDE); i += 256u) {
         ivec2 at = ism_origin + ism_texel(i), local = at - tile;
         bool inside = used && all(greaterThanEqual(local, ivec2(0))) && all(lessThan(local, ivec2(size)));
         ism_depths[i] = inside ? ism_plane_at(at).w : ISM_FAR;
     }
     barrier();
     for (uint k = 0u; k < 16u && levels != 0; k++) {
-        ivec2 texel = ism_texel(gl_LocalInvocationIndex + 256u * k);
+        ivec2 texel = ism_texel(thread + 256u * k);
         float depth = ism_depth(ism_origin + texel);
         bool near_by = all(greaterThanEqual(texel, ivec2(margin / 2))) &&
                        all(lessThan(texel, ivec2(ISM_SIDE - margin / 2)));
@@ -63,11 +63,11 @@ void main()
     }
     barrier();
     for (uint k = 0u; k < 16u; k++)
-        if ((holes >> k & 1u) != 0u) ism_depths[gl_LocalInvocationIndex + 256u * k] = ISM_FAR;
+        if ((holes >> k & 1u) != 0u) ism_depths[thread + 256u * k] = ISM_FAR;
     for (int level = 1; level <= levels; level++) {
         int wide = ISM_SIDE >> level;
         barrier();
-        for (int i = int(gl_LocalInvocationIndex); i < wide * wide; i += 256) {
+        for (int i = int(thread); i < wide * wide; i += 256) {
             ivec2 cell = ivec2(i % wide, i / wide);
             uvec4 parts;
             for (int k = 0; k < 4; k++) parts[k] = ism_part(level - 1, 2 * cell + ivec2(k & 1, k >> 1));
@@ -75,10 +75,10 @@ void main()
         }
     }
     barrier();
-    for (uint i = gl_LocalInvocationIndex; i < uint(block * block); i += 256u) {
-        ivec2 at = begin + ivec2(i % uint(block), i / uint(block));
+    for (uint i = thread; i < uint(block * block); i += 256u) {
+        ivec2 at = begin + ivec2(i % uint(block), i / uint(block)), from;
         float depth = ism_depth(at);
-        if (used && levels != 0 && !(depth < ISM_FAR)) depth = ism_filled(grid, at);
+        if (used && levels != 0 && !(depth < ISM_FAR)) depth = ism_filled(grid, at, from);
         imageStore(glbk_ism_atlas_out, at, uvec4(floatBitsToUint(depth), 0u, 0u, 0u));
     }
 }

@@ -42,7 +42,7 @@ bool ism_surrounded(uint found, uint close, uint beyond)
 // surfel.
 uint ism_pull(int level, ivec2 cell, uvec4 parts)
 {
-    int size = int(glbk_ism_frame.tile_side), least = 0x7fffffff;
+    int size = int(ISM_F.tile_side), least = 0x7fffffff;
     ivec2 middle = (2 * cell + 1) << level;
     uint result = 0u;
     for (int k = 0; k < 4; k++) {

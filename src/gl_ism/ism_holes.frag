@@ -12,6 +12,6 @@ void main()
     uint v = ism_tile_of(at);
     float depth = ism_depth(at);
     result = 0u;
-    if (!(depth < ISM_FAR) || v >= glbk_ism_frame.vpl_count) return;
-    result = glbk_ism_frame.fill_levels != 0u && ism_hole(ism_read_grid(v), at, depth) ? 0u : 1u;
+    if (!(depth < ISM_FAR) || v >= ISM_F.vpl_count) return;
+    result = ISM_F.fill_levels != 0u && ism_hole(ism_read_grid(v), at, depth) ? 0u : 1u;
 }

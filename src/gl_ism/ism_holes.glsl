@@ -8,7 +8,7 @@ float ism_depth(ivec2 at);
 // quadrants about the texel pass before it.
 bool ism_hole(ism_grid grid, ivec2 at, float c)
 {
-    int size = int(glbk_ism_frame.tile_side);
+    int size = int(ISM_F.tile_side);
     ivec2 local = at & (size - 1);
     vec3 w = ism_texel_direction(grid, local);
     uint found = 0u;

@@ -22,12 +22,12 @@ float ism_luminance(vec3 f) { return (f.x + f.y + f.z) * (1.0 / 3.0); }
 float ism_visible(uint v, ism_vpl l, vec3 p, vec3 ng, float bias)
 {
     mat3 basis = l.basis;
-    int size = int(glbk_ism_frame.tile_side);
+    int size = int(ISM_F.tile_side);
     ivec2 tile = ism_tile_at(v), texel;
     vec3 n = ng * basis;
     if (l.sky) {
-        vec3 o = (p - glbk_ism_frame.sphere.xyz) * basis;
-        float r = glbk_ism_frame.sphere.w, depth = o.z + r;
+        vec3 o = (p - ISM_F.sphere.xyz) * basis;
+        float r = ISM_F.sphere.w, depth = o.z + r;
         vec2 uv = 0.5 * o.xy / r + 0.5;
         if (!(n.z < -ISM_GRAZING)) return 0.0;
         if (any(lessThan(uv, vec2(0.0))) || any(greaterThanEqual(uv, vec2(1.0)))) return 1.0;
@@ -183,7 +183,7 @@ float ism_unshadowed(ism_vpl l, vec3 p, vec3 n)
 // Returns how many VPLs first, first + set_count, ... there are.
 uint ism_used(uint first, uint set_count)
 {
-    uint count = glbk_ism_frame.vpl_count;
+    uint count = ISM_F.vpl_count;
     return first < count ? (count - first - 1u) / set_count + 1u : 0u;
 }
 
@@ -203,7 +203,7 @@ struct ism_near_point {
 // Reads near point i from the table.
 ism_near_point ism_read_near(uint i)
 {
-    uint at = glbk_ism_frame.first_near_point + 3u * i;
+    uint at = ISM_F.first_near_point + 3u * i;
     vec4 a = ISM_TEXEL(at);
     vec4 b = ISM_TEXEL(at + 1u);
     vec4 c = ISM_TEXEL(at + 2u);
@@ -262,7 +262,7 @@ float ism_near_kernel(ism_near_point q, vec3 p, vec3 n, out float plain)
 // Returns whether near point i stands for VPLs at p.
 bool ism_near_counts(uint i, vec3 p, vec3 n)
 {
-    uint at = glbk_ism_frame.first_near_point + 3u * i;
+    uint at = ISM_F.first_near_point + 3u * i;
     vec4 a = ISM_TEXEL(at);
     vec4 b = ISM_TEXEL(at + 1u);
     return ism_near_weight(a.xyz, b.w, b.xyz, p, n) > 0.0;
@@ -273,7 +273,7 @@ bool ism_near_counts(uint i, vec3 p, vec3 n)
 uint ism_near_block(uint i, uint count, vec3 p)
 {
     for (; i < count; i += 64u) {
-        vec4 sphere = ISM_TEXEL(glbk_ism_frame.first_sphere + i / 64u);
+        vec4 sphere = ISM_TEXEL(ISM_F.first_sphere + i / 64u);
         vec3 d = sphere.xyz - p;
         if (dot(d, d) < sphere.w * sphere.w) break;
     }
@@ -285,7 +285,7 @@ uint ism_near_block(uint i, uint count, vec3 p)
 // the cost of a near point is then paid where neighbours have one too, and not wherever one of them has.
 vec4 ism_gather(vec3 p, vec3 n, vec3 ng, uint first, uint set_count)
 {
-    uint count = glbk_ism_frame.near_point_count, i = ism_near_block(first, count, p);
+    uint count = ISM_F.near_point_count, i = ism_near_block(first, count, p);
     vec4 sum = vec4(0.0);
     while (i < count) {
         uvec4 found = uvec4(0u);
@@ -311,7 +311,7 @@ vec4 ism_gather(vec3 p, vec3 n, vec3 ng, uint first, uint set_count)
 // that the rule near by took off.
 vec4 ism_light(vec3 p, vec3 n, vec3 ng, uint first, uint set_count)
 {
-    uint count = glbk_ism_frame.vpl_count;
+    uint count = ISM_F.vpl_count;
     float most = glbk_ism_view.clamp_at;
     vec4 sum = vec4(0.0);
 #if ISM_NEAR == 4

@@ -111,10 +111,13 @@ float ism_unzoom_axis(vec4 axis, float size, float rim, float x)
     return clamp(u, 0.0, 1.0);
 }
 
+// Returns how many 64ths of the square a window leaves below it, and above it, along both axes.
+uvec4 ism_cut(uint window) { return uvec4(window, window >> 6, window >> 12, window >> 18) & 63u; }
+
 // Computes both axes of a tile. window is that of its VPL.
 void ism_axes(uint window, uint size, uint rim, out vec4 across, out vec4 down)
 {
-    uvec4 cut = uvec4(window, window >> 6, window >> 12, window >> 18) & 63u;
+    uvec4 cut = ism_cut(window);
     across = ism_axis(cut.xz, size, rim);
     down = ism_axis(cut.yw, size, rim);
 }

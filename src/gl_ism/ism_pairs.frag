@@ -45,7 +45,7 @@ float ism_cluster_effect(ism_cluster c, ism_vpl v)
 // Returns how many times longer the range within r of u is in the tile than in the square.
 float ism_box_zoom(vec4 axis, float u, float r)
 {
-    float size = float(glbk_ism_frame.tile_side), rim = float(glbk_ism_frame.window_rim);
+    float size = float(ISM_F.tile_side), rim = float(ISM_F.window_rim);
     float low = max(u - r, 0.0), high = min(u + r, 1.0), from = low, to = high;
     if (axis.x < size) {
         from = ism_zoom_axis(axis, size, rim, low) / size;
@@ -59,10 +59,10 @@ float ism_box_zoom(vec4 axis, float u, float r)
 float ism_cluster_zoom(ism_cluster c, ism_vpl v)
 {
     vec3 origin = v.position, at;
-    float d = glbk_ism_frame.sphere.w, r = sqrt(c.radius2);
+    float d = ISM_F.sphere.w, r = sqrt(c.radius2);
     vec2 uv;
     bool seen;
-    if (v.sky) origin = glbk_ism_frame.sphere.xyz;
+    if (v.sky) origin = ISM_F.sphere.xyz;
     at = c.at - origin;
     if (!v.sky) {
         float below = dot(v.basis[2], at);
@@ -87,7 +87,7 @@ void main()
     uvec2 place = ism_unfold(ivec2(gl_FragCoord.xy), count);
     uint v = glbk_ism_scattering.first_vpl + place.y;
     float effect = 0.0;
-    if (place.x < count && v < glbk_ism_frame.vpl_count) {
+    if (place.x < count && v < ISM_F.vpl_count) {
         ism_cluster c = ism_read_cluster(place.x);
         ism_vpl l = ism_read_vpl(v);
         effect = ism_cluster_effect(c, l);

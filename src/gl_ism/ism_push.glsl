@@ -15,7 +15,7 @@ struct ism_near {
 // Looks at the 3 x 3 cells of a level about a texel.
 void ism_look(int level, ivec2 at, inout ism_near n)
 {
-    int size = int(glbk_ism_frame.tile_side), half_size = size >> level;
+    int size = int(ISM_F.tile_side), half_size = size >> level;
     ivec2 local = at & (size - 1), cell = local >> level, origin = (at >> level) - cell;
     for (int y = cell.y - 1; y <= cell.y + 1; y++)
         for (int x = cell.x - 1; x <= cell.x + 1; x++) {
@@ -55,17 +55,19 @@ float ism_push(ism_grid grid, ivec2 local, ivec2 first, ivec2 second, ivec2 orig
 }
 
 // Returns the depth of texel `at` of the atlas, in a tile with that grid, by the nearest two texels that keep
-// their surfels, or ISM_FAR unless such texels surround it.
-float ism_filled(ism_grid grid, ivec2 at)
+// their surfels, or ISM_FAR unless such texels surround it. from: the nearest of them, in the atlas.
+float ism_filled(ism_grid grid, ivec2 at, out ivec2 from)
 {
-    int size = int(glbk_ism_frame.tile_side);
+    int size = int(ISM_F.tile_side);
     ivec2 local = at & (size - 1);
+    from = at;
     ism_near n = ism_near(0, 0, 0, 0, 0u, 0u, 0u);
-    for (int level = 1; level <= int(glbk_ism_frame.fill_levels); level++) {
+    for (int level = 1; level <= int(ISM_F.fill_levels); level++) {
         if (n.second != 0 && ism_surrounded(n.found, n.close, n.beyond)) break;
         ism_look(level, at, n);
     }
     if (n.second == 0 || !ism_surrounded(n.found, n.close, n.beyond)) return ISM_FAR;
-    return ism_push(grid, local, ivec2((n.first - 1) % size, (n.first - 1) / size),
-                    ivec2((n.second - 1) % size, (n.second - 1) / size), at - local);
+    ivec2 first = ivec2((n.first - 1) % size, (n.first - 1) / size);
+    from = at - local + first;
+    return ism_push(grid, local, first, ivec2((n.second - 1) % size, (n.second - 1) / size), at - local);
 }

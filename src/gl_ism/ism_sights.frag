@@ -28,13 +28,12 @@ void main()
 {
     ivec2 at = ivec2(gl_FragCoord.xy), side = ivec2(glbk_ism_choosing.view_width, glbk_ism_choosing.view_height);
     glbk_point p;
+    first = second = uvec4(0u);
 #if FROM == 0
-    int rows = 8;
-    if (side.y < 8) rows = 1;
+    int rows = side.y < 8 ? 1 : 8;
     ivec2 blocks = ivec2(64 / rows, rows), block = ivec2(at.x % blocks.x, at.x / blocks.x);
     ivec2 from = side * block / blocks, to = side * (block + 1) / blocks;
     vec4 most0 = vec4(-3e38), most1 = most0;
-    first = second = uvec4(0u);
     int y = from.y + (to.y - from.y) * at.y / 32, end = from.y + (to.y - from.y) * (at.y + 1) / 32;
     for (; y < end; y++)
         for (int x = from.x; x < to.x; x++) {
@@ -46,16 +45,11 @@ void main()
             }
         }
 #else
-    vec4 pick = vec4(equal(ivec4(at.y & 3), ivec4(0, 1, 2, 3)));
     float most = -3e38;
-    first = second = uvec4(0u);
     for (int k = 0; k < 32; k++) {
-        uvec4 four = texelFetch(glbk_ism_sights, ivec3(at.x, k, at.y >> 2), 0) * uvec4(pick);
-        int pixel = int(four.x + four.y + four.z + four.w) - 1, row = max(pixel, 0) / side.x;
-        bool seen = glbk_read_point(ivec2(max(pixel, 0) - row * side.x, row), p);
-        float z = p.position.z;
-        if (at.y < 4) z = -z;
-        float reach = dot(pick, ism_reach(p.position, z));
+        int pixel = int(texelFetch(glbk_ism_sights, ivec3(at.x, k, at.y >> 2), 0)[at.y & 3]) - 1, i = max(pixel, 0);
+        bool seen = glbk_read_point(ivec2(i % side.x, i / side.x), p);
+        float reach = ism_reach(p.position, p.position.z * (at.y < 4 ? -1.0 : 1.0))[at.y & 3];
         if (seen && pixel >= 0 && reach > most) {
             most = reach;
             first = floatBitsToUint(vec4(p.position, 1.0));

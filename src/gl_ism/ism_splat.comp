@@ -26,8 +26,8 @@ uint ism_hopes[4];      // a bit for each surfel of this invocation that had a t
 // none.
 bool ism_find(uint i, out ism_surfel s)
 {
-    uint each = glbk_ism_frame.phase_surfel_count;
-    uint index = (i / each * glbk_ism_frame.vpl_capacity + ism_v) * each + i % each;
+    uint each = ISM_F.phase_surfel_count;
+    uint index = (i / each * ISM_F.vpl_capacity + ism_v) * each + i % each;
     if (!ism_surfel_of(index, ism_v, ism_l, s)) return false;
     s.box = ivec4(max(s.box.xy, ism_part.xy), min(s.box.zw, ism_part.zw));
     return s.box.x <= s.box.z && s.box.y <= s.box.w;
@@ -135,15 +135,15 @@ void ism_draw_all(int turn, uint count)
 void main()
 {
     uint thread = gl_LocalInvocationIndex, count;
-    int side = min(int(glbk_ism_frame.tile_side), ISM_SIDE);
+    int side = min(int(ISM_F.tile_side), ISM_SIDE);
     ivec2 begin = ivec2(gl_WorkGroupID.xy) * side;
     ism_surfel s;
     ism_hopes = uint[4](0u, 0u, 0u, 0u);
     ism_v = ism_tile_of(begin);
     ism_part = (begin - ism_tile_at(ism_v)).xyxy + ivec4(0, 0, side - 1, side - 1);
-    count = glbk_ism_frame.triangle_count != 0u ? glbk_ism_frame.surfel_count : 0u;
-    if (ism_v >= glbk_ism_frame.vpl_count) count = 0u;
-    ism_l = ism_read_vpl(min(ism_v, glbk_ism_frame.vpl_capacity - 1u));
+    count = ISM_F.triangle_count != 0u ? ISM_F.surfel_count : 0u;
+    if (ism_v >= ISM_F.vpl_count) count = 0u;
+    ism_l = ism_read_vpl(min(ism_v, ISM_F.vpl_capacity - 1u));
     for (uint i = thread; i < uint(ISM_SIDE * ISM_SIDE); i += ISM_THREADS) {
         ism_depths[i] = floatBitsToUint(ISM_FAR);
         ism_owners[i >> 1] = 0xffffffffu;

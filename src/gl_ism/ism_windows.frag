@@ -12,15 +12,10 @@ void main()
 {
     ivec2 at = ivec2(gl_FragCoord.xy);
     vec4 facing = ism_drawn(at, 1), across, down;
-    vec3 place = ism_drawn(at, 0).xyz, moved;
+    vec3 place = ism_drawn(at, 0).xyz;
     uint face = (uint(ism_drawn(at, 2).w) & 127u) << 24, side = glbk_ism_frame.tile_side, window = 0u;
     uvec4 before = texelFetch(glbk_ism_windows, at, 0);
     vec2 lo = vec2(1.0), hi = vec2(0.0), uv;
-    bool black = dot(facing.xyz, facing.xyz) == 0.0;
-    if (black) {            // and so it jumps once it shines
-        place = vec3(1e30);
-        facing.z = 1.0;
-    }
     mat3 basis = ism_basis_of(facing.xyz);
     for (int i = 0; i < 512; i++) {
         vec4 p = uintBitsToFloat(texelFetch(glbk_ism_sights, ivec3(i & 63, i >> 6, 0), 0));
@@ -35,8 +30,8 @@ void main()
     vec2 pad = (hi - lo) * 0.015625;
     uvec4 need = uvec4(clamp(64.0 * vec4(lo - pad, hi + pad), 0.0, 63.0));
     need.zw = 63u - need.zw;
-    uvec4 was = uvec4(before.w, before.w >> 6, before.w >> 12, before.w >> 18) & 63u;
-    moved = place - uintBitsToFloat(before.xyz);
+    uvec4 was = ism_cut(before.w);
+    vec3 moved = place - uintBitsToFloat(before.xyz);
     bool known = glbk_ism_choosing.windows == 2u && (before.w & 0x7f000000u) == face;
     known = known && dot(moved, moved) <= facing.w * facing.w;
     uvec4 kept = uvec4(lessThanEqual(was, need)) * uvec4(greaterThanEqual(was + 2u, need));

@@ -141,6 +141,7 @@
      -            light close to a VPL           ism_patch_kernel   ism__patch_kernel   T42 T43 T44
      -            near points                    ism_gather         ism_near_points     -
      -            windows                        ism_zoom_axis      ism_zoom            -
+     -            the next bounce                ism_cell_weight    ism_bounce          T45
 
    Configuration
 

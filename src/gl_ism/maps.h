@@ -42,6 +42,24 @@ static void glbk__ism_make_block(glbk__ism_making *k, size_t bytes, glbk_buffer 
     if (k->result == GLBK_OK) k->result = glbk_buffer_create(k->ctx, bytes, NULL, out);
 }
 
+/* Makes the picture of the triangles that surfels lie on, and draws it together with the planes. */
+static void glbk__ism_make_hits(glbk__ism_making *k, glbk_ism_maps *m)
+{
+    glbk_texture_desc d;
+    glbk_target_desc t;
+    memset(&d, 0, sizeof d);
+    memset(&t, 0, sizeof t);
+    d.format = GLBK_FORMAT_R32UI;
+    d.width = d.height = m->side;
+    t.color[0] = &m->planes;
+    t.color[1] = &m->hits;
+    t.depth = &m->depth;
+    if (k->result != GLBK_OK) return;
+    glbk_target_free(k->ctx, &m->plane_target);
+    k->result = glbk_texture_create(k->ctx, &d, &m->hits);
+    if (k->result == GLBK_OK) k->result = glbk__target_create(k->ctx, &t, &m->plane_target);
+}
+
 /* Makes the pictures that both paths draw to: the planes of surfels, and the atlas. */
 static void glbk__ism_make_canvases(glbk__ism_making *k, glbk_ism_maps *m)
 {
@@ -52,6 +70,7 @@ static void glbk__ism_make_canvases(glbk__ism_making *k, glbk_ism_maps *m)
     if (!m->compute && k->result == GLBK_OK) k->result = glbk_texture_create(k->ctx, &d, &m->depth);
     glbk__ism_make_canvas(k, GLBK_FORMAT_COLOR, m->side, m->side, m->compute ? NULL : &m->depth, &m->planes,
                           &m->plane_target);
+    if (m->desc.keep_hits) glbk__ism_make_hits(k, m);
     glbk__ism_make_canvas(k, GLBK_FORMAT_R32UI, m->side, m->side, NULL, &m->atlas, &m->atlas_target);
 }
 
@@ -79,10 +98,11 @@ static void glbk__ism_make_fill(glbk__ism_making *k, glbk_ism_maps *m)
 /* Compiles all programs that maps need. */
 static void glbk__ism_make_programs(glbk__ism_making *k, glbk_ism_maps *m)
 {
-    char defines[] = "ISM_PROJECTION=1 ISM_QUADS=0";
+    char defines[] = "ISM_PROJECTION=1 ISM_QUADS=0 ISM_HITS=0";
     m->quads = !m->compute && k->ctx->max_point_side < (float)m->desc.tile_side;
     defines[15] = (char)('0' + (int)m->desc.projection);
     defines[27] = m->quads ? '1' : '0';
+    defines[38] = m->desc.keep_hits ? '1' : '0';
     k->defines = defines;
     glbk__ism_make_program(k, m->compute ? "ism_splat.comp" : "ism_splat.frag", &m->splat);
     if (m->compute) glbk__ism_make_program(k, "ism_fill.comp", &m->fill);
@@ -157,8 +177,8 @@ static glbk_result glbk__ism_lay_out(const glbk_context *ctx, const char *functi
     for (m->tiles_across = 1; m->tiles_across * m->tiles_across < d->vpl_count; m->tiles_across++) {}
     m->side = m->tiles_across * d->tile_side;
     m->phase_surfel_count = (d->surfel_count + d->lazy_frames - 1) / d->lazy_frames;
-    /* ism_splat.comp counts the surfels of a VPL in 16 bits. */
-    m->compute = ctx->compute && m->phase_surfel_count * d->lazy_frames <= 65536;
+    /* ism_splat.comp counts the surfels of a VPL in 16 bits, and keeps no hits. */
+    m->compute = ctx->compute && !d->keep_hits && m->phase_surfel_count * d->lazy_frames <= 65536;
     if (m->side <= ctx->max_side) return GLBK_OK;
     return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, function, "the atlas's side, of all VPLs' tiles,",
                               m->side, 8, ctx->max_side);
@@ -175,6 +195,7 @@ static glbk_result glbk__ism_create_all(glbk_context *ctx, glbk_ism_maps *m)
     glbk__ism_make_table(&k, GLBK_FORMAT_RGBA32UI, NULL, texels, &m->vpls);
     glbk__ism_make_table(&k, GLBK_FORMAT_RGBA32UI, nothing, 1, &m->triangle_table);
     glbk__ism_make_table(&k, GLBK_FORMAT_RGBA32F, nothing, 1, &m->positions);
+    glbk__ism_make_table(&k, GLBK_FORMAT_RGBA32F, nothing, 1, &m->albedos);
     glbk__ism_make_block(&k, sizeof(glbk_ism_frame), &m->frame);
     glbk__ism_make_block(&k, sizeof(glbk_ism_view), &m->view);
     glbk__ism_make_canvases(&k, m);
@@ -216,7 +237,9 @@ GLBK_DEF void glbk_ism_maps_free(glbk_context *ctx, glbk_ism_maps *m)
     for (i = 0; i < 64; i++) glbk_texture_free(ctx, &m->phase_surfels[i]);
     glbk_texture_free(ctx, &m->triangle_table);
     glbk_texture_free(ctx, &m->positions);
+    glbk_texture_free(ctx, &m->albedos);
     glbk_texture_free(ctx, &m->planes);
+    glbk_texture_free(ctx, &m->hits);
     glbk_texture_free(ctx, &m->depth);
     glbk_texture_free(ctx, &m->kept);
     glbk_texture_free(ctx, &m->atlas);

@@ -1,7 +1,7 @@
 /* ---- ism: meshes, surfels, VPLs and near points from the CPU ---- */
 
-/* Writes count strided triples into a table of four floats each, which has at least one texel. had is how
-   many the table holds now; the table is made anew if the number changes. */
+/* Writes count strided triples into a table of four floats each, which has at least one texel; from NULL: 0.5
+   everywhere. had is how many the table holds now; the table is made anew if the number changes. */
 static glbk_result glbk__ism_upload(glbk_context *ctx, glbk_texture *table, uint32_t had, const float *from,
                                     size_t count, size_t stride)
 {
@@ -11,8 +11,9 @@ static glbk_result glbk__ism_upload(glbk_context *ctx, glbk_texture *table, uint
     glbk_result result;
     size_t i;
     if (!texels) return GLBK_ERR_ALLOC;
-    memset(texels, 0, 16 * (count ? count : 1));
-    for (i = 0; i < count; i++) memcpy(texels + 4 * i, (const char *)from + (stride ? stride : 12) * i, 12);
+    for (i = 0; i < 4 * (count ? count : 1); i++) texels[i] = 0.5f;
+    for (i = 0; i < count && from; i++)
+        memcpy(texels + 4 * i, (const char *)from + (stride ? stride : 12) * i, 12);
     if (table->name && count == had && count) {
         result = glbk__table_update(ctx, table, 0, count, texels);
     } else {
@@ -69,6 +70,8 @@ static glbk_result glbk__ism_replace_mesh(glbk_context *ctx, glbk_ism_maps *m, c
     if (result != GLBK_OK) return result;
     result = glbk__ism_upload(ctx, &m->positions, m->vertex_count, mesh->positions, mesh->vertex_count,
                               mesh->vertex_stride);
+    if (result == GLBK_OK && m->desc.keep_hits)
+        result = glbk__ism_upload(ctx, &m->albedos, m->triangle_count, mesh->albedos, count, 0);
     if (result != GLBK_OK) {
         glbk_texture_free(ctx, &made);
         return result;

@@ -24,6 +24,7 @@ typedef struct scene {
     glbk_ism_maps      maps;
     glbk_ism_choice    choice;
     glbk_ism_spread    spread;
+    glbk_ism_bounces   bounced;                 /* on OpenGL 3.3, where VPLs have no windows therefore */
     glbk_texture       lit;                     /* a source of 2 x 2 texels */
     glbk_gbuffer       seen;
     glbk_ism_renderer  renderer;
@@ -60,6 +61,8 @@ static void prepare(scene *s)
     }
 }
 
+static int keeps_hits(void) { return gl_this_way() && gl_this_way()->bit == GL_CORE33; }
+
 static glbk_result make(gl_test *t, scene *s)
 {
     ism_mesh mesh = { table, 4, 0, triangles, 6, NULL, NULL, NULL, NULL, NULL };
@@ -72,6 +75,7 @@ static glbk_result make(gl_test *t, scene *s)
     d.vpl_count = d.lazy_frames = 1;
     d.surfel_count = POINTS;
     d.near_point_count = 1;
+    d.keep_hits = keeps_hits();
     memset(&source, 0, sizeof source);
     source.format = GLBK_FORMAT_RGBA32UI;
     source.width = source.height = 2;
@@ -81,6 +85,7 @@ static glbk_result make(gl_test *t, scene *s)
     GL_THEN_SAME(t, result, glbk_texture_create(&t->gl, &source, &s->lit));
     GL_THEN_SAME(t, result, glbk_ism_choice_create(&t->gl, &s->maps, &two, &s->choice));
     GL_THEN_SAME(t, result, glbk_ism_spread_create(&t->gl, &s->maps, &s->spread));
+    if (d.keep_hits) GL_THEN_SAME(t, result, glbk_ism_bounces_create(&t->gl, &s->maps, 2, &s->bounced));
     GL_THEN_SAME(t, result, glbk_ism_renderer_create(&t->gl, &(glbk_ism_renderer_desc){ SIDE, SIDE }, &s->renderer));
     GL_THEN_SAME(t, result, glbk_ism_mesh_upload(&t->gl, &s->maps, &mesh));
     GL_THEN_SAME(t, result, glbk_ism_mesh_move(&t->gl, &s->maps, table, 0));
@@ -108,6 +113,7 @@ static glbk_result draw_chosen(gl_test *t, scene *s)
     GL_THEN_SAVED(t, result, glbk_ism_choose(&t->gl, &s->choice, &s->maps, &s->lit, &s->seen, 0));
     GL_THEN_SAVED(t, result, glbk_ism_scatter(&t->gl, &s->spread, &s->maps, &s->seen, 0));
     if (result == GLBK_OK) result = draw(t, s);
+    if (keeps_hits()) GL_THEN_SAVED(t, result, glbk_ism_bounce(&t->gl, &s->bounced, &s->maps));
     return result;
 }
 
@@ -125,6 +131,7 @@ static void destroy(gl_test *t, scene *s)
     GL_SAME(t, glbk_gbuffer_free(&t->gl, &s->seen));
     GL_SAME(t, glbk_ism_choice_free(&t->gl, &s->choice));
     GL_SAME(t, glbk_ism_spread_free(&t->gl, &s->spread));
+    GL_SAME(t, glbk_ism_bounces_free(&t->gl, &s->bounced));
     GL_SAME(t, glbk_texture_free(&t->gl, &s->lit));
     GL_SAME(t, glbk_ism_maps_free(&t->gl, &s->maps));
 }

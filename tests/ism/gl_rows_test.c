@@ -6,6 +6,7 @@
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -184,11 +185,118 @@ static void engine_shade(engine *e, const ism_shading *shading, float *light, do
     gl_light_of(&now->gl, &e->renderer, NULL, light, lost);
 }
 
-/* What VPLs hit is kept by ism.h alone, whose maps are the same. */
 static void engine_bounce(engine *e, const ism_frame *frame, uint32_t side, float *p, float *n, float *flux)
 {
-    assert_int_equal(ism_build(e->cpu, frame), ISM_OK);
-    assert_int_equal(ism_bounce(e->cpu, frame->mesh, side, p, n, flux), ISM_OK);
+    float *const out[3] = { p, n, flux };
+    glbk_ism_bounces b;
+    uint32_t *words;
+    size_t count, i;
+    uint32_t k;
+    (void)frame;
+    assert_glbk(now, glbk_ism_bounces_create(&now->gl, &e->maps, side, &b));
+    assert_glbk(now, glbk_ism_bounce(&now->gl, &b, &e->maps));
+    count = (size_t)b.texels.width * b.texels.height;
+    words = (uint32_t *)malloc(16 * count);
+    assert_non_null(words);
+    for (k = 0; k < 3; k++) {
+        assert_glbk(now, glbk_target_read(&now->gl, &b.target, k, 0, 0, b.texels.width, b.texels.height, words));
+        for (i = 0; i < count; i++) memcpy(out[k] + 3 * i, words + 4 * i, 12);
+    }
+    free(words);
+    glbk_ism_bounces_free(&now->gl, &b);
+}
+
+/* ---- T45 once more, by the GPU alone ---- */
+
+/* A source of a list: one row of texels. */
+static glbk_texture texels_of(uint32_t count, const float *const lists[3])
+{
+    float *texels = (float *)calloc(12 * (size_t)count, sizeof *texels);
+    glbk_texture_desc d;
+    glbk_texture out;
+    size_t i, k;
+    assert_non_null(texels);
+    for (k = 0; k < 3; k++)
+        for (i = 0; i < count; i++) memcpy(texels + 4 * (k * count + i), lists[k] + 3 * i, 12);
+    memset(&d, 0, sizeof d);
+    d.format = GLBK_FORMAT_RGBA32UI;
+    d.width = count;
+    d.height = 1;
+    d.layers = 3;
+    d.data = texels;
+    assert_glbk(now, glbk_texture_create(&now->gl, &d, &out));
+    free(texels);
+    return out;
+}
+
+/* The closed box of t45_a_closed_furnace_gains_half_of_the_last_bounce. VPLs of the first bounce, surfels, maps, the
+   source of the second bounce and its VPLs, surfels and maps are made on the GPU. */
+static void a_furnace_on_the_gpu_gains_half_of_the_last_bounce(void **state)
+{
+    ROW_TEST(state)
+    enum { VPLS = 256, SIDE = 8, LIT = 2048, EYE = 24 };
+    static float emission[3 * 4096], at[3 * LIT], n[3 * LIT], flux[3 * LIT], light[3 * EYE * EYE];
+    static const double expected[3] = { 1, 1.5, 1.75 };
+    const float *const lists[3] = { at, n, flux };
+    const float lo[3] = { -1, -1, -1 }, hi[3] = { 1, 1, 1 };
+    const float a[3] = { -1, -1, -1 }, u[3] = { 2, 0, 0 }, v[3] = { 0, 0, 2 }, up[3] = { 0, 1, 0 };
+    const glbk_ism_choice_desc of[2] = { { LIT, 1, 1, 1 }, { SIDE * SIDE, VPLS, 1, 1 } };
+    glbk_ism_choice choice[2];
+    glbk_ism_spread spread[2];
+    glbk_ism_bounces bounces;
+    glbk_ism_maps maps[2];
+    glbk_ism_renderer renderer;
+    glbk_texture lit;
+    glbk_gbuffer seen;
+    ism_desc d;
+    double sum = 1;
+    ism_mesh m;
+    size_t i;
+    int bounce;
+    mesh.triangles = 0;
+    soup_box(&mesh, lo, hi, -1, 6);
+    m = soup_mesh(&mesh);
+    for (i = 0; i < 3 * mesh.triangles; i++) emission[i] = 1;
+    grid_fill(&eye, EYE, EYE, a, u, v, up, 0);
+    assert_int_equal(ism_emitter_points(&m, emission, LIT, 1, NULL, at, n, flux), ISM_OK);
+    lit = texels_of(LIT, lists);
+    gl_see(&now->gl, EYE, EYE, eye.p, eye.n, NULL, &seen);
+    assert_glbk(now, glbk_ism_renderer_create(&now->gl, &(glbk_ism_renderer_desc){ EYE, EYE }, &renderer));
+    memset(&d, 0, sizeof d);
+    d.vpl_count = VPLS;
+    d.surfel_count = 1024;
+    d.tile_side = 32;
+    d.keep_hits = 1;
+    for (bounce = 0; bounce < 2; bounce++) {
+        double mean = 0;
+        char text[60];
+        assert_glbk(now, glbk_ism_maps_create(&now->gl, &d, &maps[bounce]));
+        assert_glbk(now, glbk_ism_mesh_upload(&now->gl, &maps[bounce], &m));
+        assert_glbk(now, glbk_ism_choice_create(&now->gl, &maps[bounce], &of[bounce], &choice[bounce]));
+        assert_glbk(now, glbk_ism_spread_create(&now->gl, &maps[bounce], &spread[bounce]));
+        assert_glbk(now, glbk_ism_choose(&now->gl, &choice[bounce], &maps[bounce], bounce ? &bounces.texels : &lit,
+                                         &seen, 0));
+        assert_glbk(now, glbk_ism_scatter(&now->gl, &spread[bounce], &maps[bounce], &seen, 0));
+        assert_glbk(now, glbk_ism_draw(&now->gl, &maps[bounce], 0));
+        assert_glbk(now, glbk_ism_shade(&now->gl, &renderer, &seen, &maps[bounce], NULL, 0));
+        gl_light_of(&now->gl, &renderer, NULL, light, NULL);
+        for (i = 0; i < EYE * EYE; i++) mean += (double)light[3 * i] / (EYE * EYE);
+        sum += 0.5 * mean / UTIL_PI;
+        snprintf(text, sizeof text, "radiance after %d bounce%s on the GPU alone", bounce + 1, bounce ? "s" : "");
+        CONFORM("T45", text, expected[bounce + 1], sum, 0.03 * (bounce + 1));
+        if (bounce) break;
+        assert_glbk(now, glbk_ism_bounces_create(&now->gl, &maps[0], SIDE, &bounces));
+        assert_glbk(now, glbk_ism_bounce(&now->gl, &bounces, &maps[0]));
+    }
+    for (bounce = 0; bounce < 2; bounce++) {
+        glbk_ism_choice_free(&now->gl, &choice[bounce]);
+        glbk_ism_spread_free(&now->gl, &spread[bounce]);
+        glbk_ism_maps_free(&now->gl, &maps[bounce]);
+    }
+    glbk_ism_bounces_free(&now->gl, &bounces);
+    glbk_ism_renderer_free(&now->gl, &renderer);
+    glbk_gbuffer_free(&now->gl, &seen);
+    glbk_texture_free(&now->gl, &lit);
 }
 
 /* ---- T58 ---- */
@@ -403,7 +511,7 @@ int main(int count, char **values)
     struct CMUnitTest tests[] = {
         ISM_ROWS(gl_unit_test), gl_unit_test(pull_and_push_fill_holes),
         gl_unit_test(silhouettes_and_borders_are_filled_as_on_the_cpu), gl_unit_test(windows_zoom_as_on_the_cpu),
-        gl_unit_test(dither_has_five_levels)
+        gl_unit_test(dither_has_five_levels), gl_unit_test(a_furnace_on_the_gpu_gains_half_of_the_last_bounce)
     };
     (void)count;
     if (gl_this_way() && gl_this_way()->bit == GL_CORE45) unsetenv("CONFORMANCE");     /* the page has the core path */

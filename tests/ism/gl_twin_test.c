@@ -1,5 +1,6 @@
 /* gl_twin_test - the GLSL of ism_*.glsl against ism.h: whole atlases, empty and filled, of every projection and of
-   skies and lobes; light by every rule near by, by lists and by interleaved pictures; moving meshes and
+   skies and lobes, and the next bounce by them; light by every rule near by,
+   by lists and by interleaved pictures; moving meshes and
    renewed points. */
 #define _POSIX_C_SOURCE 200809L
 #define ISM_IMPLEMENTATION
@@ -178,6 +179,133 @@ static void atlases_are_as_on_the_cpu(void **state)
             stage_close(s);
         }
     assert_true(windows_sent > 2 * VPLS);
+}
+
+/* The texels of a bounce: place, normal, flux of texel i, three floats each. */
+static void read_bounces(gl_test *t, const glbk_ism_bounces *b, float *out[3])
+{
+    const size_t count = (size_t)b->texels.width * b->texels.height;
+    uint32_t *words = (uint32_t *)malloc(16 * count), k;
+    size_t i;
+    assert_non_null(words);
+    for (k = 0; k < 3; k++) {
+        assert_glbk(t, glbk_target_read(&t->gl, &b->target, k, 0, 0, b->texels.width, b->texels.height, words));
+        for (i = 0; i < count; i++) memcpy(out[k] + 3 * i, words + 4 * i, 12);
+    }
+    free(words);
+}
+
+static double apart(const float *a, const float *b)
+{
+    return sqrt(pow((double)a[0] - (double)b[0], 2) + pow((double)a[1] - (double)b[1], 2) +
+                pow((double)a[2] - (double)b[2], 2));
+}
+
+/* Texels that hit another triangle, or nothing, are those of rims, as in atlases, or lie where discs of two triangles
+   of a wall overlap, and are counted. */
+static void bounces_are_those_of_ism_bounce(void **state)
+{
+    GL_TEST(t, state)
+    static float cpu[3][3 * VPLS * TILE * TILE], gl[3][3 * VPLS * TILE * TILE], albedos[3 * 4096];
+    float *const from[3] = { cpu[0], cpu[1], cpu[2] };
+    float *to[3] = { gl[0], gl[1], gl[2] };
+    int projection, way;
+    size_t i, k;
+    for (i = 0; i < 3 * 4096; i++) albedos[i] = 0.1f + 0.0002f * (float)i;
+    for (projection = 1; projection < 5; projection++)
+        for (way = 0; way < 3; way++) {
+            const uint32_t side = way == 1 ? TILE : 8;
+            const size_t count = (size_t)VPLS * side * side;
+            double places = 0, normals = 0, fluxes = 0;
+            size_t off = 0, beside = 0, lit = 0;
+            glbk_ism_bounces b;
+            glbk_ism_maps m;
+            ism_desc d;
+            stage *s;
+            memset(&d, 0, sizeof d);
+            d.projection = (ism_projection)projection;
+            d.no_fill = way == 2;
+            d.keep_hits = 1;
+            s = stage_open(&d, 1);
+            assert_true(s->mesh.triangles <= 4096);
+            if (way) s->ism.albedos = albedos;
+            assert_int_equal(ism_build(s->maps, &s->frame), ISM_OK);
+            assert_int_equal(ism_bounce(s->maps, &s->ism, side, from[0], from[1], from[2]), ISM_OK);
+            open_maps(t, s, &m);
+            assert_glbk(t, glbk_ism_bounces_create(&t->gl, &m, side, &b));
+            assert_int_equal(glbk_ism_bounce(&t->gl, &b, &m), GLBK_ERR_ORDER);      /* not drawn yet */
+            assert_glbk(t, glbk_ism_draw(&t->gl, &m, 0));
+            assert_glbk(t, glbk_ism_bounce(&t->gl, &b, &m));
+            read_bounces(t, &b, to);
+            for (i = 0; i < 3 * count; i += 3) {
+                const double place = apart(gl[0] + i, cpu[0] + i), normal = apart(gl[1] + i, cpu[1] + i);
+                double flux;
+                lit += cpu[2][i] > 0;
+                if ((cpu[2][i] > 0) != (gl[2][i] > 0) || place > 1e-3 || normal > 1e-3) {
+                    off++;
+                    continue;
+                }
+                places = fmax(places, place);
+                normals = fmax(normals, normal);
+                flux = 0;
+                for (k = 0; k < 3; k++)
+                    flux = fmax(flux, fabs((double)gl[2][i + k] - (double)cpu[2][i + k]) /
+                                          fmax((double)cpu[2][i + k], 1e-9));
+                if (way && flux > 1e-4) beside++;           /* the albedo of a neighbour, 2e-3 away or less */
+                else fluxes = fmax(fluxes, flux);
+            }
+            printf("projection %d, %u x %u cells%s: of %zu texels %zu are lit, %zu differ, %zu have a neighbour's "
+                   "albedo; the others' places differ by %.1e, normals by %.1e, fluxes by %.1e\n", projection, side,
+                   side, d.no_fill ? " with holes" : "", count, lit, off, beside, places, normals, fluxes);
+            assert_true(lit > count / 3 && lit < count);
+            assert_true((double)off < 2e-3 * (double)count);
+            assert_true((double)beside < 1e-2 * (double)count);
+            assert_true(fluxes < 1e-4);
+            glbk_ism_bounces_free(&t->gl, &b);
+            glbk_ism_bounces_free(&t->gl, &b);
+            glbk_ism_maps_free(&t->gl, &m);
+            stage_close(s);
+        }
+}
+
+static void bounces_refuse_bad_arguments(void **state)
+{
+    GL_TEST(t, state)
+    glbk_ism_bounces b, none;
+    glbk_ism_maps m, plain;
+    ism_desc d;
+    stage *s;
+    memset(&d, 0, sizeof d);
+    memset(&none, 0, sizeof none);
+    s = stage_open(&d, 0);
+    assert_int_equal(ism_scatter(s->maps, &s->frame), ISM_OK);
+    open_maps(t, s, &plain);
+    assert_int_equal(glbk_ism_bounces_create(&t->gl, &plain, 8, &b), GLBK_ERR_MISMATCH);
+    stage_close(s);
+    d.keep_hits = 1;
+    d.tile_side = 256;
+    s = stage_open(&d, 0);
+    assert_int_equal(ism_scatter(s->maps, &s->frame), ISM_OK);
+    open_maps(t, s, &m);
+    assert_int_equal(glbk_ism_bounces_create(NULL, &m, 8, &b), GLBK_ERR_ARGUMENT);
+    assert_int_equal(glbk_ism_bounces_create(&t->gl, NULL, 8, &b), GLBK_ERR_ARGUMENT);
+    assert_int_equal(glbk_ism_bounces_create(&t->gl, &m, 8, NULL), GLBK_ERR_ARGUMENT);
+    assert_int_equal(glbk_ism_bounces_create(&t->gl, &m, 0, &b), GLBK_ERR_ARGUMENT);
+    assert_int_equal(glbk_ism_bounces_create(&t->gl, &m, 12, &b), GLBK_ERR_ARGUMENT);
+    assert_int_equal(glbk_ism_bounces_create(&t->gl, &m, 512, &b), GLBK_ERR_ARGUMENT);
+    if (t->gl.max_side < 65536)
+        assert_int_equal(glbk_ism_bounces_create(&t->gl, &m, 256, &b), GLBK_ERR_LIMIT);
+    assert_glbk(t, glbk_ism_bounces_create(&t->gl, &m, 4, &b));
+    assert_int_equal(glbk_ism_bounce(NULL, &b, &m), GLBK_ERR_ARGUMENT);
+    assert_int_equal(glbk_ism_bounce(&t->gl, NULL, &m), GLBK_ERR_ARGUMENT);
+    assert_int_equal(glbk_ism_bounce(&t->gl, &none, &m), GLBK_ERR_ARGUMENT);
+    assert_int_equal(glbk_ism_bounce(&t->gl, &b, NULL), GLBK_ERR_ARGUMENT);
+    assert_int_equal(glbk_ism_bounce(&t->gl, &b, &plain), GLBK_ERR_MISMATCH);
+    glbk_ism_bounces_free(&t->gl, NULL);
+    glbk_ism_bounces_free(&t->gl, &b);
+    glbk_ism_maps_free(&t->gl, &m);
+    glbk_ism_maps_free(&t->gl, &plain);
+    stage_close(s);
 }
 
 /* ---- light ---- */
@@ -516,7 +644,8 @@ int main(int count, char **values)
         gl_unit_test(light_is_as_on_the_cpu),
         gl_unit_test(near_points_agree),
         gl_unit_test(light_follows_moving_triangles),
-        gl_unit_test(atlases_are_as_on_the_cpu)
+        gl_unit_test(atlases_are_as_on_the_cpu), gl_unit_test(bounces_are_those_of_ism_bounce),
+        gl_unit_test(bounces_refuse_bad_arguments)
     };
     (void)count;
     GL_TEST_MAIN(values, tests, GL_USUAL);
