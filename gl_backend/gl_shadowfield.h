@@ -12,7 +12,7 @@
      gl_gbuffer.h, which has what a camera sees; and shadowfield.h above it, whose fields and entities it
      takes and whose functions it calls. The implementations of all of them belong into some file of the
      program.
-   - It has fields of spherical harmonics only: wavelets and fields of logarithms are shadowfield.h's alone.
+   - It has fields of spherical harmonics only: wavelets are shadowfield.h's alone.
    - It has no resolve: light is a texture that your lighting pass multiplies by the surface's colour.
 
    Quick start
@@ -177,8 +177,8 @@ GLBK_DEF glbk_result glbk_sfield_scene_create(glbk_context *ctx, const struct gl
             (4 bands; 8: 1 MB); here 56 bytes a field
             and, while the call runs, the longest file of a field (sfield_bytes) and 16 KB
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range. GLBK_ERR_MISMATCH:
-            a field of wavelets, logarithms, self-visibility or other bands, or a shard. GLBK_ERR_LIMIT: more
-            than 2^28 texels. GLBK_ERR_ALLOC */
+            a field of wavelets, self-visibility or other bands, a shard, or some occlusion fields of
+            logarithms and some of others. GLBK_ERR_LIMIT: more than 2^28 texels. GLBK_ERR_ALLOC */
 
 GLBK_DEF glbk_result glbk_sfield_scene_entities(glbk_context *ctx, glbk_sfield_scene *scene,
                                                 const sfield_entity *entities, size_t count);
@@ -212,8 +212,9 @@ GLBK_DEF glbk_result glbk_sfield_shade(glbk_context *ctx, glbk_sfield_renderer *
    eye      world, for lobes; NULL = that of the G-buffer, which knows it if it was drawn or imported
    open     not 0: light.a is wanted even if there is no sky
    Errors   GLBK_ERR_ARGUMENT: an object is NULL or was not created, or the renderer shades lobes and no eye
-            is known. GLBK_ERR_MISMATCH: the scene has other bands, or no BRDFs for desc.materials, or the
-            G-buffer has another size. GLBK_ERR_LOST */
+            is known. GLBK_ERR_MISMATCH: the scene has other bands, no BRDFs for desc.materials, or
+            logarithms without desc.logarithms or none with it, or the G-buffer has another size.
+            GLBK_ERR_LOST */
 
 GLBK_DEF void glbk_sfield_scene_free(glbk_context *ctx, glbk_sfield_scene *scene);
 /* Deletes the scene's objects of GL, frees its memory and zeroes the struct; the fields are yours. Accepts
@@ -255,6 +256,8 @@ typedef struct glbk_sfield_renderer_desc {
     int      materials;                 /* not 0: gloss is shaded by Phong's lobe and by glTF's metal-rough
                                            BRDF, as each pixel's material says; the scene has desc.brdf */
     int      grazing;                   /* not 0: with materials, renderer->grazing is wanted, too */
+    int      logarithms;                /* not 0: for scenes whose occlusion fields hold logarithms
+                                           (sfield_desc.logarithm), as SFIELD_PRODUCT_EXP */
 } glbk_sfield_renderer_desc;
 
 /* ==== src/gl_shadowfield/api.h ==== */
@@ -352,6 +355,7 @@ struct glbk_sfield_scene {              /* fields and where they stand; read onl
     uint32_t     entities_at;           /* the texel of moving at which entities begin */
     int          sky;                   /* not 0: there is a sky */
     int          has_brdf;              /* not 0: BRDFs come after the terms */
+    int          logarithms;            /* not 0: occlusion fields hold logarithms */
     float        reach;
     const sfield_algebra *algebra;
 };
@@ -376,6 +380,7 @@ struct glbk_sfield_renderer {           /* the light of a picture; read only; ze
     uint32_t     bands;
     uint32_t     self_attribute;
     int          materials;
+    int          logarithms;
     int          compute;               /* not 0: pixels are shaded by a compute shader */
     int32_t      record_position;       /* the attribute that record was compiled for */
     const char  *record_vertex;         /* the function of yours that it was compiled with */
@@ -824,7 +829,7 @@ static inline GLBK_SFIELD__COLD void glbk_sfield__log_index(const glbk_sfield__l
 /* ==== GLSL of src/gl_shadowfield ==== */
 
 
-static const struct { char s0[312]; char end; } glbk__glsl_lib_sfield_access_glsl = {
+static const struct { char s0[359]; char end; } glbk__glsl_lib_sfield_access_glsl = {
     "\n\n#define SFIELD_TEXEL(i) texelFetch(glbk_sfield_table, glbk_table_at(i), 0)\n"
     "#define SFIELD_MOVING(i) texelFetch(glbk_sfield_moving, glbk_table_at(i), 0)\n"
     "#ifndef SFIELD_BANDS\n"
@@ -832,6 +837,9 @@ static const struct { char s0[312]; char end; } glbk__glsl_lib_sfield_access_gls
     "#endif\n"
     "#ifndef SFIELD_GLOSS\n"
     "#define SFIELD_GLOSS 0\n"
+    "#endif\n"
+    "#ifndef SFIELD_EXP\n"
+    "#define SFIELD_EXP 0\n"
     "#endif\n"
     "#ifndef SFIELD_GRAZING\n"
     "#define SFIELD_GRAZING 0\n"
@@ -1341,11 +1349,12 @@ static const struct { char s0[2508]; char end; } glbk__glsl_lib_sfield_point_gls
     "}\n", 0
 };
 
-static const struct { char s0[3978]; char s1[2516]; char end; } glbk__glsl_lib_sfield_shade_glsl = {
+static const struct { char s0[3933]; char s1[3997]; char s2[95]; char end; } glbk__glsl_lib_sfield_shade_glsl = {
     "\n\n\n\n\n\n\n\n#ifndef SFIELD_ENTITY\n"
     "#define SFIELD_ENTITY 7u\n"
     "#endif\n"
     "#define SFIELD_TERMS uvec2(glbk_sfield_contents.term_texel, glbk_sfield_contents.term_count)\n"
+    "#define SFIELD_TURNS_LIGHT (SFIELD_GLOSS > 1 || SFIELD_EXP)\n"
     "#define SFIELD_BATCH 8\n"
     "#define SFIELD_OCCLUDERS 4\n"
     "\nstruct sfield_sums{\n"
@@ -1448,20 +1457,27 @@ static const struct { char s0[3978]; char s1[2516]; char end; } glbk__glsl_lib_s
     "{\n"
     "return c==0u?vec3(sum):c==1u?vec3(rgb.x,sum,sum):vec3(rgb.xy,sum);\n"
     "}\n"
-    "\n\n\nvoid sfield_light(uint entity,vec3 position,float t[SFIELD_COEFS],float g[SFIELD_COEFS],\n"
+    "\n\n\n\nvoid sfield_light(uint entity,vec3 position,float t[SFIELD_COEFS],float g[SFIELD_COEFS],\n"
     "#if SFIELD_GLOSS > 1\n"
     "float h[SFIELD_COEFS],\n"
+    "#endif\n"
+    "#if SFIELD_EXP\n"
+    "float e[SFIELD_COEFS],\n"
     "#endif\n"
     "inout sfield_sums sums)\n"
     "{\n"
     "uvec4 what=SFIELD_RECORD(entity,5u);\n"
-    "vec4 sphere=uintBitsToFloat(SFIELD_RECORD(entity,1u));\n"
+    "vec4 sphere=uintBitsToFloat(SFIELD_RECORD(entity,1u));\n",
     "sfield_place place=sfield_locate(what.y,sfield_local(entity,sphere,position));\n"
-    "float time=uintBitsToFloat(SFIELD_RECORD(entity,4u).w),v[SFIELD_COEFS];\n",
+    "float time=uintBitsToFloat(SFIELD_RECORD(entity,4u).w),v[SFIELD_COEFS];\n"
     "vec3 light=vec3(.0),gloss=vec3(.0),tint=uintBitsToFloat(SFIELD_RECORD(entity,6u).xyz);\n"
     "#if SFIELD_GLOSS > 1\n"
     "vec3 grazing=vec3(.0);\n"
-    "#else\n"
+    "#endif\n"
+    "#if SFIELD_EXP\n"
+    "float open[SFIELD_COEFS];\n"
+    "#endif\n"
+    "#if !SFIELD_TURNS_LIGHT\n"
     "if(what.z!=SFIELD_NONE){\n"
     "sfield_rotate(what.z,true,t);\n"
     "#if SFIELD_GLOSS\n"
@@ -1471,8 +1487,14 @@ static const struct { char s0[3978]; char s1[2516]; char end; } glbk__glsl_lib_s
     "#endif\n"
     "for(uint c=0u;c<SFIELD_TEXEL(what.y+1u).x;c++){\n"
     "sfield_fetch(what.y,place,c,time,1.,v);\n"
-    "#if SFIELD_GLOSS > 1\n"
+    "#if SFIELD_TURNS_LIGHT\n"
     "if(what.z!=SFIELD_NONE)sfield_rotate(what.z,false,v);\n"
+    "#endif\n"
+    "#if SFIELD_EXP\n"
+    "sfield_product(SFIELD_TERMS,v,e,open);\n"
+    "v=open;\n"
+    "#endif\n"
+    "#if SFIELD_GLOSS > 1\n"
     "grazing=sfield_channel(grazing,c,sfield_dot(v,h));\n"
     "#endif\n"
     "light=sfield_channel(light,c,sfield_dot(v,t));\n"
@@ -1499,6 +1521,39 @@ static const struct { char s0[3978]; char s1[2516]; char end; } glbk__glsl_lib_s
     "sfield_product(SFIELD_TERMS,t,o,r);\n"
     "for(int k=0;k<SFIELD_COEFS;k++)t[k]-=r[k];\n"
     "}\n"
+    "\n#if SFIELD_EXP\n"
+    "\n\nvoid sfield_exponentiate(float h[SFIELD_COEFS],out float e[SFIELD_COEFS])\n"
+    "{\n"
+    "float constant=exp(h[0]*SFIELD_Y00),most=.0,scale=1.,r[SFIELD_COEFS];\n"
+    "int squares=0;\n"
+    "for(int k=1;k<SFIELD_COEFS;k++)most+=h[k]*h[k];\n"
+    "while(squares<12&&most*scale*scale>.25){\n"
+    "scale*=.5;\n"
+    "squares++;\n"
+    "}\n"
+    "h[0]=.0;\n"
+    "for(int k=0;k<SFIELD_COEFS;k++){\n"
+    "h[k]*=scale;\n"
+    "e[k]=h[k]*(1./3.);\n"
+    "}\n"
+    "e[0]+=1./SFIELD_Y00;\n"
+    "for(int i=0;i<2+squares;i++){\n"
+    "bool horner=i<2;\n"
+    "if(i>1)\n"
+    "for(int k=0;k<SFIELD_COEFS;k++)h[k]=e[k];\n"
+    "sfield_product(SFIELD_TERMS,e,h,r);\n"
+    "for(int k=0;k<SFIELD_COEFS;k++)e[k]=i==0?.5*r[k]:r[k];\n"
+    "if(horner)e[0]+=1./SFIELD_Y00;\n"
+    "}\n"
+    "for(int k=0;k<SFIELD_COEFS;k++)e[k]*=constant;\n"
+    "}\n"
+    "\n\nvoid sfield_open(float e[SFIELD_COEFS],inout float t[SFIELD_COEFS])\n"
+    "{\n"
+    "float r[SFIELD_COEFS];\n"
+    "sfield_product(SFIELD_TERMS,t,e,r);\n"
+    "t=r;\n"
+    "}\n"
+    "#endif\n"
     "\n\n\n\n\nsfield_sums sfield_shade(vec3 position,vec3 normal,uint own,float t[SFIELD_COEFS],float g[SFIELD_COEFS]\n"
     "#if SFIELD_GLOSS > 1\n"
     ",float h[SFIELD_COEFS]\n"
@@ -1512,6 +1567,11 @@ static const struct { char s0[3978]; char s1[2516]; char end; } glbk__glsl_lib_s
     "if(own-1u<count&&uintBitsToFloat(SFIELD_MOVING(sfield_at(own-1u)+1u).w)>.0)left--;\n"
     "bool sky=glbk_sfield_contents.wants_sky!=0u,more=left>0u||sky;\n"
     "float d2=.0,o[SFIELD_COEFS],key[SFIELD_BATCH];\n"
+    "#if SFIELD_EXP\n"
+    "float logs[SFIELD_COEFS],e[SFIELD_COEFS];\n"
+    "bool fresh=false;\n"
+    "for(int k=0;k<SFIELD_COEFS;k++)logs[k]=.0;\n"
+    "#endif\n"
     "sfield_occluders met;\n"
     "met.count=0;\n"
     "for(int i=0;i<SFIELD_OCCLUDERS;i++)met.cone[i]=vec4(.0);\n"
@@ -1526,14 +1586,25 @@ static const struct { char s0[3978]; char s1[2516]; char end; } glbk__glsl_lib_s
     "if(id==SFIELD_NONE){\n"
     "more=false;\n"
     "}else if(id<SFIELD_HIDES){\n"
-    "#if SFIELD_GLOSS > 1\n"
-    "sfield_light(id,position,t,g,h,sums);\n"
-    "#else\n"
-    "sfield_light(id,position,t,g,sums);\n"
+    "#if SFIELD_EXP\n"
+    "if(!fresh)sfield_exponentiate(logs,e);\n"
+    "fresh=true;\n"
     "#endif\n"
+    "sfield_light(id,position,t,g,\n"
+    "#if SFIELD_GLOSS > 1\n"
+    "h,\n"
+    "#endif\n"
+    "#if SFIELD_EXP\n"
+    "e,\n"
+    "#endif\n"
+    "sums);\n"
     "left--;\n"
     "more=left>0u||sky;\n"
     "}else if(sfield_occlusion(id&~SFIELD_HIDES,position,normal,met,o)){\n"
+    "#if SFIELD_EXP\n"
+    "for(int k=0;k<SFIELD_COEFS;k++)logs[k]+=o[k];\n"
+    "fresh=false;\n"
+    "#else\n"
     "sfield_apply(o,t);\n"
     "#if SFIELD_GLOSS\n"
     "sfield_apply(o,g);\n"
@@ -1541,16 +1612,29 @@ static const struct { char s0[3978]; char s1[2516]; char end; } glbk__glsl_lib_s
     "#if SFIELD_GLOSS > 1\n"
     "sfield_apply(o,h);\n"
     "#endif\n"
+    "#endif\n"
     "}\n"
     "}\n"
     "}\n"
+    "#if SFIELD_EXP\n"
+    "if(sky){\n"
+    "if(!fresh)sfield_exponentiate(logs,e);\n"
+    "sfield_open(e,t);\n"
+    "#if SFIELD_GLOSS\n"
+    "sfield_open(e,g);\n"
+    "#endif\n"
+    "#if SFIELD_GLOSS > 1\n"
+    "sfield_open(e,h);\n"
+    "#endif\n"
+    "}\n"
+    "#endif\n"
     "if(sky){\n"
     "sums.light+=sfield_sky(t);\n"
     "#if SFIELD_GLOSS\n"
     "sums.gloss+=sfield_sky(g);\n"
     "#endif\n"
     "#if SFIELD_GLOSS > 1\n"
-    "sums.grazing+=sfield_sky(h);\n"
+    "sums.grazing+=sfield_sky(h);\n",
     "#endif\n"
     "}\n"
     "sums.light*=1./SFIELD_PI;\n"
@@ -1732,8 +1816,8 @@ static const struct { char s0[611]; char end; } glbk__glsl_prog_sfield_self_vert
     "}\n", 0
 };
 
-static const struct { char s0[630]; char end; } glbk__glsl_prog_sfield_shade_comp = {
-    "\n\n\n\n\n\nlayout(local_size_x=8,local_size_y=8)in;\n"
+static const struct { char s0[631]; char end; } glbk__glsl_prog_sfield_shade_comp = {
+    "\n\n\n\n\n\n\nlayout(local_size_x=8,local_size_y=8)in;\n"
     "\nvoid main()\n"
     "{\n"
     "ivec2 at=ivec2(gl_GlobalInvocationID.xy);\n"
@@ -1755,8 +1839,8 @@ static const struct { char s0[630]; char end; } glbk__glsl_prog_sfield_shade_com
     "}\n", 0
 };
 
-static const struct { char s0[511]; char end; } glbk__glsl_prog_sfield_shade_frag = {
-    "\n\n\n\n\n\n\nlayout(location=0)out glbk_color light;\n"
+static const struct { char s0[512]; char end; } glbk__glsl_prog_sfield_shade_frag = {
+    "\n\n\n\n\n\n\n\nlayout(location=0)out glbk_color light;\n"
     "#if SFIELD_GLOSS\n"
     "layout(location=1)out glbk_color gloss;\n"
     "#endif\n"
@@ -1926,10 +2010,10 @@ static const glbk_file glbk__sfield_files[] = {
       "GLBK_PLACE" "\0" "",
       (const char *)&glbk__glsl_prog_sfield_self_vert },
     { "prog/sfield_shade.comp\0" "sfield_list sfield_point" "\0" "" "\0"
-      "SFIELD_BANDS=4 SFIELD_GLOSS=0 SFIELD_SELF=1 | SFIELD_BANDS=3 SFIELD_GLOSS=1 | SFIELD_BANDS=8 SFIELD_GLOSS=0 | SFIELD_BANDS=4 SFIELD_GLOSS=2 SFIELD_GRAZING=1 SFIELD_SELF=1" "\0" "",
+      "SFIELD_BANDS=4 SFIELD_GLOSS=0 SFIELD_SELF=1 | SFIELD_BANDS=3 SFIELD_GLOSS=1 | SFIELD_BANDS=8 SFIELD_GLOSS=0 | SFIELD_BANDS=4 SFIELD_GLOSS=2 SFIELD_GRAZING=1 SFIELD_SELF=1 | SFIELD_BANDS=4 SFIELD_EXP=1 SFIELD_GLOSS=0 | SFIELD_BANDS=3 SFIELD_EXP=1 SFIELD_GLOSS=2" "\0" "",
       (const char *)&glbk__glsl_prog_sfield_shade_comp },
     { "prog/sfield_shade.frag\0" "sfield_point" "\0" "" "\0"
-      "SFIELD_BANDS=4 SFIELD_GLOSS=0 SFIELD_SELF=1 | SFIELD_BANDS=3 SFIELD_GLOSS=1 | SFIELD_BANDS=8 SFIELD_GLOSS=0 | SFIELD_BANDS=4 SFIELD_GLOSS=2 SFIELD_GRAZING=1 SFIELD_SELF=1" "\0" "",
+      "SFIELD_BANDS=4 SFIELD_GLOSS=0 SFIELD_SELF=1 | SFIELD_BANDS=3 SFIELD_GLOSS=1 | SFIELD_BANDS=8 SFIELD_GLOSS=0 | SFIELD_BANDS=4 SFIELD_GLOSS=2 SFIELD_GRAZING=1 SFIELD_SELF=1 | SFIELD_BANDS=4 SFIELD_EXP=1 SFIELD_GLOSS=0 | SFIELD_BANDS=3 SFIELD_EXP=1 SFIELD_GLOSS=2" "\0" "",
       (const char *)&glbk__glsl_prog_sfield_shade_frag },
     { "prog/sfield_sum.comp\0" "sfield_bindings sfield_views" "\0" "" "\0"
       "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" "\0" "",
@@ -2209,14 +2293,29 @@ static void glbk__sfield_put_brdf(glbk__sfield_stage *s, const float *table, uin
         }
 }
 
+/* Returns whether the first occlusion field of a desc holds logarithms, as all then do. */
+static int glbk__sfield_logarithms(const glbk_sfield_scene_desc *d)
+{
+    size_t i;
+    for (i = 0; i < d->field_count; i++) {
+        sfield_info info;
+        if (!d->fields[i]) continue;
+        sfield_get_info(d->fields[i], &info);
+        if (info.kind == SFIELD_KIND_OCCLUSION && info.basis == SFIELD_BASIS_SH) return info.logarithm;
+    }
+    return 0;
+}
+
 /* Returns why the GPU cannot have a field of this kind, or NULL if it can. */
-static const char *glbk__sfield_refuse(const sfield_info *info, uint32_t bands)
+static const char *glbk__sfield_refuse(const sfield_info *info, uint32_t bands, int logarithms)
 {
     if (info->kind != SFIELD_KIND_OCCLUSION && info->kind != SFIELD_KIND_SOURCE)
         return "is neither an occlusion nor a source field";
     if (info->basis != SFIELD_BASIS_SH) return "is one of wavelets: OpenGL has those of harmonics alone";
     if (info->bands != bands) return "has other bands than desc.algebra";
-    if (info->logarithm) return "is one of logarithms, which OpenGL does not have";
+    if (info->kind == SFIELD_KIND_OCCLUSION && !info->logarithm != !logarithms)
+        return info->logarithm ? "is one of logarithms, as others are not"
+                               : "is none of logarithms, as others are";
     return info->shard_end ? "is a shard: sfield_merge first" : NULL;
 }
 
@@ -2239,7 +2338,7 @@ static glbk_result glbk__sfield_check(const glbk_context *ctx, const char *funct
         const char *why = "is NULL";
         if (d->fields[i]) {
             sfield_get_info(d->fields[i], &info);
-            why = glbk__sfield_refuse(&info, bands);
+            why = glbk__sfield_refuse(&info, bands, glbk__sfield_logarithms(d));
         }
         if (why)
             return glbk__refuse(ctx, d->fields[i] ? GLBK_ERR_MISMATCH : GLBK_ERR_DESC, function,
@@ -2320,6 +2419,7 @@ static glbk_result glbk__sfield_create(glbk_context *ctx, const char *function,
 
     out->terms = ((uint32_t)sfield_sh_terms(d->algebra, NULL, NULL) + 7) / 8 * 4;
     out->has_brdf = d->brdf != NULL;
+    out->logarithms = glbk__sfield_logarithms(d);
     out->entities_at = out->bands * out->bands;
     if (d->brdf) out->entities_at += glbk__sfield_rotation_texels(out->bands);
     moving = out->entities_at + (uint64_t)d->entity_capacity * glbk__sfield_entity_texels(out->bands);
@@ -2955,7 +3055,8 @@ static glbk_result glbk__sfield_check_renderer(const glbk_context *ctx, const ch
 GLBK_DEF glbk_result glbk_sfield_renderer_create(glbk_context *ctx, const glbk_sfield_renderer_desc *d,
                                                  glbk_sfield_renderer *out)
 {
-    char defines[] = "SFIELD_BANDS=4 SFIELD_GLOSS=0 SFIELD_SELF=0 SFIELD_GRAZING=0 SFIELD_UNROLLED";
+    char defines[] = "SFIELD_BANDS=4 SFIELD_GLOSS=0 SFIELD_SELF=0 SFIELD_GRAZING=0 SFIELD_EXP=0 "
+                     "SFIELD_UNROLLED";
     int unrolled;
     glbk_result result;
 
@@ -2969,12 +3070,14 @@ GLBK_DEF glbk_result glbk_sfield_renderer_create(glbk_context *ctx, const glbk_s
     out->bands = glbk__sfield_bands(d->algebra);
     out->compute = ctx->compute;
     unrolled = !d->product_in_table && out->bands < 5;
-    if (!unrolled) defines[60] = 0;
+    if (!unrolled) defines[73] = 0;
     out->materials = d->materials != 0;
+    out->logarithms = d->logarithms != 0;
     defines[13] = (char)('0' + out->bands);
     defines[28] = d->materials ? '2' : d->gloss ? '1' : '0';
     defines[42] = d->self ? '1' : '0';
     defines[59] = d->grazing ? '1' : '0';
+    defines[72] = d->logarithms ? '1' : '0';
     out->self_attribute = d->self_attribute ? d->self_attribute : 4;
     result = glbk__sfield_textures(ctx, out, d->gloss || d->materials, d->grazing);
     if (result == GLBK_OK && d->self) result = glbk__sfield_self_create(ctx, out);
@@ -3029,6 +3132,10 @@ GLBK_DEF glbk_result glbk_sfield_shade(glbk_context *ctx, glbk_sfield_renderer *
     if (r->materials && !s->has_brdf)
         return glbk__refuse(ctx, GLBK_ERR_MISMATCH, __func__, "scene",
                             "has no desc.brdf, which the renderer's materials need");
+    if (!r->logarithms != !s->logarithms)
+        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, __func__, "scene",
+                            r->logarithms ? "has no logarithms, which desc.logarithms says"
+                                          : "has fields of logarithms, without desc.logarithms");
     memset(&frame, 0, sizeof frame);
     memset(&pass, 0, sizeof pass);
     if (eye) memcpy(frame.eye, eye, 12);

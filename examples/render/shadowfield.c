@@ -130,6 +130,7 @@ static int field_of(sf_state *s, const rd_job *job, const ex_mesh *mesh, sfield_
     *out = sf_baked_occlusion(&s->baked, mesh);
     if (*out)
         return 0;
+    d.logarithm = rd_setting_is(job->settings, "product", "exp");
     if (build_field(job, &d, &input, NULL, out, &stats, error) != 0)
         return -1;
     s->peak = stats.peak_bytes > s->peak ? stats.peak_bytes : s->peak;
@@ -187,6 +188,7 @@ static int make_bone(sf_state *s, const rd_job *job, const ex_mesh *mesh, sf_bon
     sfield_result r = SFIELD_OK;
     uint32_t *indices = sf_bone_triangles(b, mesh, i, &count);
     d.inner = fminf(fmaxf(bone->inner, 0.02f), 0.2f);
+    d.logarithm = rd_setting_is(job->settings, "product", "exp");
     if (!indices)
         return out_of_memory(error);
     if (build_field(job, &d, &input, NULL, &bone->occlusion, NULL, error) != 0) {
@@ -1010,6 +1012,8 @@ static int open_shadowfield(void **opaque, const rd_job *job, char *error)
     memset(&d, 0, sizeof d);
     d.basis = s->basis;
     d.bands = (uint32_t)rd_setting_integer(job->settings, "bands");
+    if (rd_setting_is(job->settings, "product", "exp"))
+        d.product = SFIELD_PRODUCT_EXP;
     d.reach = (float)rd_setting_number(job->settings, "reach");
     d.system.parallel_for = ex_pool_run;
     d.system.log = ex_pool_log;
@@ -1028,7 +1032,9 @@ static int open_shadowfield(void **opaque, const rd_job *job, char *error)
     s->rgb = calloc(objects + 1, sizeof *s->rgb);
     if (s->rgb)
         s->rgb[objects] = (float *)(void *)s;            /* the end of the list */
-    if (job->gl && s->basis == SFIELD_BASIS_HAAR) {
+    if (d.product == SFIELD_PRODUCT_EXP && s->basis == SFIELD_BASIS_HAAR) {
+        snprintf(error, EX_ERROR_SIZE, "shadowfield: product=exp needs basis=sh");
+    } else if (job->gl && s->basis == SFIELD_BASIS_HAAR) {
         snprintf(error, EX_ERROR_SIZE, "shadowfield: --backend gl needs basis=sh");
     } else if (!job->gl && rd_setting_is(job->settings, "build", "gpu")) {
         snprintf(error, EX_ERROR_SIZE, "shadowfield: build=gpu needs --backend gl");
@@ -1093,6 +1099,7 @@ static void report_shadowfield(const void *opaque, rd_report *report)
 static const rd_key keys[] = {
     { "basis", RD_WORD, "sh|haar", 0, 0, "sh", "spherical harmonics, or wavelets for all frequencies" },
     { "bands", RD_INTEGER, NULL, 1, 8, "4", "of spherical harmonics" },
+    { "product", RD_WORD, "triple|exp", 0, 0, "triple", "of harmonics; exp: logarithms are added" },
     { "shell_count", RD_INTEGER, "0", 2, 64, "0", "of a field; 0: 16, wavelets 32" },
     { "position_side", RD_INTEGER, "0", 2, 64, "0", "points a side of a shell's six faces; 0: 16, wavelets 32" },
     { "source_position_side", RD_INTEGER, "0", 2, 64, "0", "of what an object emits; 0: position_side" },

@@ -95,7 +95,7 @@ static int place(sf_gl *g, const sfield_scene *scene, const sfield_entity *entit
 }
 
 /* Room for so many points. */
-static int make_room(sf_gl *g, size_t points, char *error)
+static int make_room(sf_gl *g, const rd_job *job, size_t points, char *error)
 {
     glbk_sfield_renderer_desc d;
     glbk_gbuffer_desc of;
@@ -108,6 +108,7 @@ static int make_room(sf_gl *g, size_t points, char *error)
     d.gloss = g->gloss == SF_PHONG;
     d.materials = d.grazing = g->gloss == SF_GLTF;
     d.self = 1;
+    d.logarithms = rd_setting_is(job->settings, "product", "exp");
     if (d.height <= g->renderer.height)
         return 0;
     glbk_sfield_renderer_free(g->gl, &g->renderer);
@@ -200,7 +201,7 @@ int sf_gl_shade(sf_gl *g, const rd_job *job, const sfield_scene *scene, const sf
     glbk_result r;
     for (size_t s = 0; s < set_count; s++)
         points += sets[s].count;
-    if (place(g, scene, entities, entity_count, error) != 0 || make_room(g, points ? points : 1, error) != 0 ||
+    if (place(g, scene, entities, entity_count, error) != 0 || make_room(g, job, points ? points : 1, error) != 0 ||
         upload_points(g, entities, sets, set_count, error) != 0)
         return -1;
     r = glbk_sfield_shade(g->gl, &g->renderer, &g->gbuffer, &g->scene, job->scene->camera.eye, 0);

@@ -91,6 +91,7 @@ struct glbk_sfield_scene {              /* fields and where they stand; read onl
     uint32_t     entities_at;           /* the texel of moving at which entities begin */
     int          sky;                   /* not 0: there is a sky */
     int          has_brdf;              /* not 0: BRDFs come after the terms */
+    int          logarithms;            /* not 0: occlusion fields hold logarithms */
     float        reach;
     const sfield_algebra *algebra;
 };
@@ -115,6 +116,7 @@ struct glbk_sfield_renderer {           /* the light of a picture; read only; ze
     uint32_t     bands;
     uint32_t     self_attribute;
     int          materials;
+    int          logarithms;
     int          compute;               /* not 0: pixels are shaded by a compute shader */
     int32_t      record_position;       /* the attribute that record was compiled for */
     const char  *record_vertex;         /* the function of yours that it was compiled with */

@@ -12,8 +12,8 @@ GLBK_DEF glbk_result glbk_sfield_scene_create(glbk_context *ctx, const struct gl
             (4 bands; 8: 1 MB); here 56 bytes a field
             and, while the call runs, the longest file of a field (sfield_bytes) and 16 KB
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range. GLBK_ERR_MISMATCH:
-            a field of wavelets, logarithms, self-visibility or other bands, or a shard. GLBK_ERR_LIMIT: more
-            than 2^28 texels. GLBK_ERR_ALLOC */
+            a field of wavelets, self-visibility or other bands, a shard, or some occlusion fields of
+            logarithms and some of others. GLBK_ERR_LIMIT: more than 2^28 texels. GLBK_ERR_ALLOC */
 
 GLBK_DEF glbk_result glbk_sfield_scene_entities(glbk_context *ctx, glbk_sfield_scene *scene,
                                                 const sfield_entity *entities, size_t count);
@@ -47,8 +47,9 @@ GLBK_DEF glbk_result glbk_sfield_shade(glbk_context *ctx, glbk_sfield_renderer *
    eye      world, for lobes; NULL = that of the G-buffer, which knows it if it was drawn or imported
    open     not 0: light.a is wanted even if there is no sky
    Errors   GLBK_ERR_ARGUMENT: an object is NULL or was not created, or the renderer shades lobes and no eye
-            is known. GLBK_ERR_MISMATCH: the scene has other bands, or no BRDFs for desc.materials, or the
-            G-buffer has another size. GLBK_ERR_LOST */
+            is known. GLBK_ERR_MISMATCH: the scene has other bands, no BRDFs for desc.materials, or
+            logarithms without desc.logarithms or none with it, or the G-buffer has another size.
+            GLBK_ERR_LOST */
 
 GLBK_DEF void glbk_sfield_scene_free(glbk_context *ctx, glbk_sfield_scene *scene);
 /* Deletes the scene's objects of GL, frees its memory and zeroes the struct; the fields are yours. Accepts
@@ -90,4 +91,6 @@ typedef struct glbk_sfield_renderer_desc {
     int      materials;                 /* not 0: gloss is shaded by Phong's lobe and by glTF's metal-rough
                                            BRDF, as each pixel's material says; the scene has desc.brdf */
     int      grazing;                   /* not 0: with materials, renderer->grazing is wanted, too */
+    int      logarithms;                /* not 0: for scenes whose occlusion fields hold logarithms
+                                           (sfield_desc.logarithm), as SFIELD_PRODUCT_EXP */
 } glbk_sfield_renderer_desc;

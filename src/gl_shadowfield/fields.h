@@ -256,14 +256,29 @@ static void glbk__sfield_put_brdf(glbk__sfield_stage *s, const float *table, uin
         }
 }
 
+/* Returns whether the first occlusion field of a desc holds logarithms, as all then do. */
+static int glbk__sfield_logarithms(const glbk_sfield_scene_desc *d)
+{
+    size_t i;
+    for (i = 0; i < d->field_count; i++) {
+        sfield_info info;
+        if (!d->fields[i]) continue;
+        sfield_get_info(d->fields[i], &info);
+        if (info.kind == SFIELD_KIND_OCCLUSION && info.basis == SFIELD_BASIS_SH) return info.logarithm;
+    }
+    return 0;
+}
+
 /* Returns why the GPU cannot have a field of this kind, or NULL if it can. */
-static const char *glbk__sfield_refuse(const sfield_info *info, uint32_t bands)
+static const char *glbk__sfield_refuse(const sfield_info *info, uint32_t bands, int logarithms)
 {
     if (info->kind != SFIELD_KIND_OCCLUSION && info->kind != SFIELD_KIND_SOURCE)
         return "is neither an occlusion nor a source field";
     if (info->basis != SFIELD_BASIS_SH) return "is one of wavelets: OpenGL has those of harmonics alone";
     if (info->bands != bands) return "has other bands than desc.algebra";
-    if (info->logarithm) return "is one of logarithms, which OpenGL does not have";
+    if (info->kind == SFIELD_KIND_OCCLUSION && !info->logarithm != !logarithms)
+        return info->logarithm ? "is one of logarithms, as others are not"
+                               : "is none of logarithms, as others are";
     return info->shard_end ? "is a shard: sfield_merge first" : NULL;
 }
 
@@ -286,7 +301,7 @@ static glbk_result glbk__sfield_check(const glbk_context *ctx, const char *funct
         const char *why = "is NULL";
         if (d->fields[i]) {
             sfield_get_info(d->fields[i], &info);
-            why = glbk__sfield_refuse(&info, bands);
+            why = glbk__sfield_refuse(&info, bands, glbk__sfield_logarithms(d));
         }
         if (why)
             return glbk__refuse(ctx, d->fields[i] ? GLBK_ERR_MISMATCH : GLBK_ERR_DESC, function,
@@ -367,6 +382,7 @@ static glbk_result glbk__sfield_create(glbk_context *ctx, const char *function,
 
     out->terms = ((uint32_t)sfield_sh_terms(d->algebra, NULL, NULL) + 7) / 8 * 4;
     out->has_brdf = d->brdf != NULL;
+    out->logarithms = glbk__sfield_logarithms(d);
     out->entities_at = out->bands * out->bands;
     if (d->brdf) out->entities_at += glbk__sfield_rotation_texels(out->bands);
     moving = out->entities_at + (uint64_t)d->entity_capacity * glbk__sfield_entity_texels(out->bands);

@@ -12,7 +12,7 @@
      gl_gbuffer.h, which has what a camera sees; and shadowfield.h above it, whose fields and entities it
      takes and whose functions it calls. The implementations of all of them belong into some file of the
      program.
-   - It has fields of spherical harmonics only: wavelets and fields of logarithms are shadowfield.h's alone.
+   - It has fields of spherical harmonics only: wavelets are shadowfield.h's alone.
    - It has no resolve: light is a texture that your lighting pass multiplies by the surface's colour.
 
    Quick start

@@ -142,7 +142,8 @@ static glbk_result glbk__sfield_check_renderer(const glbk_context *ctx, const ch
 GLBK_DEF glbk_result glbk_sfield_renderer_create(glbk_context *ctx, const glbk_sfield_renderer_desc *d,
                                                  glbk_sfield_renderer *out)
 {
-    char defines[] = "SFIELD_BANDS=4 SFIELD_GLOSS=0 SFIELD_SELF=0 SFIELD_GRAZING=0 SFIELD_UNROLLED";
+    char defines[] = "SFIELD_BANDS=4 SFIELD_GLOSS=0 SFIELD_SELF=0 SFIELD_GRAZING=0 SFIELD_EXP=0 "
+                     "SFIELD_UNROLLED";
     int unrolled;
     glbk_result result;
 
@@ -156,12 +157,14 @@ GLBK_DEF glbk_result glbk_sfield_renderer_create(glbk_context *ctx, const glbk_s
     out->bands = glbk__sfield_bands(d->algebra);
     out->compute = ctx->compute;
     unrolled = !d->product_in_table && out->bands < 5;
-    if (!unrolled) defines[60] = 0;
+    if (!unrolled) defines[73] = 0;
     out->materials = d->materials != 0;
+    out->logarithms = d->logarithms != 0;
     defines[13] = (char)('0' + out->bands);
     defines[28] = d->materials ? '2' : d->gloss ? '1' : '0';
     defines[42] = d->self ? '1' : '0';
     defines[59] = d->grazing ? '1' : '0';
+    defines[72] = d->logarithms ? '1' : '0';
     out->self_attribute = d->self_attribute ? d->self_attribute : 4;
     result = glbk__sfield_textures(ctx, out, d->gloss || d->materials, d->grazing);
     if (result == GLBK_OK && d->self) result = glbk__sfield_self_create(ctx, out);
@@ -216,6 +219,10 @@ GLBK_DEF glbk_result glbk_sfield_shade(glbk_context *ctx, glbk_sfield_renderer *
     if (r->materials && !s->has_brdf)
         return glbk__refuse(ctx, GLBK_ERR_MISMATCH, __func__, "scene",
                             "has no desc.brdf, which the renderer's materials need");
+    if (!r->logarithms != !s->logarithms)
+        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, __func__, "scene",
+                            r->logarithms ? "has no logarithms, which desc.logarithms says"
+                                          : "has fields of logarithms, without desc.logarithms");
     memset(&frame, 0, sizeof frame);
     memset(&pass, 0, sizeof pass);
     if (eye) memcpy(frame.eye, eye, 12);

@@ -8,6 +8,9 @@
 #ifndef SFIELD_GLOSS
 #define SFIELD_GLOSS 0              // 1: Phong's lobe; 2: the metal-rough BRDF, too
 #endif
+#ifndef SFIELD_EXP
+#define SFIELD_EXP 0                // 1: occlusion fields hold logarithms
+#endif
 #ifndef SFIELD_GRAZING
 #define SFIELD_GRAZING 0
 #endif

@@ -10,6 +10,7 @@
 #define SFIELD_ENTITY 7u
 #endif
 #define SFIELD_TERMS uvec2(glbk_sfield_contents.term_texel, glbk_sfield_contents.term_count)
+#define SFIELD_TURNS_LIGHT (SFIELD_GLOSS > 1 || SFIELD_EXP)
 #define SFIELD_BATCH 8              // entities that are found at a time
 #define SFIELD_OCCLUDERS 4           // inscribed spheres that are remembered
 
@@ -143,10 +144,14 @@ vec3 sfield_channel(vec3 rgb, uint c, float sum)
 }
 
 // Adds t . radiance of a light to the light, and g . radiance to the gloss. t and g are turned into the
-// light's space; with h, and its part of the gloss, the radiance is turned in their place.
+// light's space; with h, and its part of the gloss, or with e the radiance is turned in their place. e is the
+// visibility of what lies before the light, where it is not in t: (t e) . radiance is t . (e radiance).
 void sfield_light(uint entity, vec3 position, float t[SFIELD_COEFS], float g[SFIELD_COEFS],
 #if SFIELD_GLOSS > 1
                   float h[SFIELD_COEFS],
+#endif
+#if SFIELD_EXP
+                  float e[SFIELD_COEFS],
 #endif
                   inout sfield_sums sums)
 {
@@ -157,7 +162,11 @@ void sfield_light(uint entity, vec3 position, float t[SFIELD_COEFS], float g[SFI
     vec3 light = vec3(0.0), gloss = vec3(0.0), tint = uintBitsToFloat(SFIELD_RECORD(entity, 6u).xyz);
 #if SFIELD_GLOSS > 1
     vec3 grazing = vec3(0.0);
-#else
+#endif
+#if SFIELD_EXP
+    float open[SFIELD_COEFS];
+#endif
+#if !SFIELD_TURNS_LIGHT
     if (what.z != SFIELD_NONE) {
         sfield_rotate(what.z, true, t);
 #if SFIELD_GLOSS
@@ -167,8 +176,14 @@ void sfield_light(uint entity, vec3 position, float t[SFIELD_COEFS], float g[SFI
 #endif
     for (uint c = 0u; c < SFIELD_TEXEL(what.y + 1u).x; c++) {    // of 3 channels
         sfield_fetch(what.y, place, c, time, 1.0, v);
-#if SFIELD_GLOSS > 1
+#if SFIELD_TURNS_LIGHT
         if (what.z != SFIELD_NONE) sfield_rotate(what.z, false, v);
+#endif
+#if SFIELD_EXP
+        sfield_product(SFIELD_TERMS, v, e, open);
+        v = open;
+#endif
+#if SFIELD_GLOSS > 1
         grazing = sfield_channel(grazing, c, sfield_dot(v, h));
 #endif
         light = sfield_channel(light, c, sfield_dot(v, t));
@@ -200,6 +215,44 @@ void sfield_apply(float o[SFIELD_COEFS], inout float t[SFIELD_COEFS])
     for (int k = 0; k < SFIELD_COEFS; k++) t[k] -= r[k];
 }
 
+#if SFIELD_EXP
+// Returns the exponential of a sum of logarithms. The constant is taken apart; of the rest h, exp(h) = (1 +
+// h/s + (h/s)^2/2 + (h/s)^3/6)^s, where the power of two s is so large that |h/s| is small.
+void sfield_exponentiate(float h[SFIELD_COEFS], out float e[SFIELD_COEFS])
+{
+    float constant = exp(h[0] * SFIELD_Y00), most = 0.0, scale = 1.0, r[SFIELD_COEFS];
+    int squares = 0;
+    for (int k = 1; k < SFIELD_COEFS; k++) most += h[k] * h[k];
+    while (squares < 12 && most * scale * scale > 0.25) {
+        scale *= 0.5;
+        squares++;
+    }
+    h[0] = 0.0;
+    for (int k = 0; k < SFIELD_COEFS; k++) {
+        h[k] *= scale;
+        e[k] = h[k] * (1.0 / 3.0);
+    }
+    e[0] += 1.0 / SFIELD_Y00;
+    for (int i = 0; i < 2 + squares; i++) {         // Horner: 1 + h (1 + h/2 (1 + h/3)), and then squares
+        bool horner = i < 2;
+        if (i > 1)
+            for (int k = 0; k < SFIELD_COEFS; k++) h[k] = e[k];
+        sfield_product(SFIELD_TERMS, e, h, r);
+        for (int k = 0; k < SFIELD_COEFS; k++) e[k] = i == 0 ? 0.5 * r[k] : r[k];
+        if (horner) e[0] += 1.0 / SFIELD_Y00;
+    }
+    for (int k = 0; k < SFIELD_COEFS; k++) e[k] *= constant;
+}
+
+// Multiplies t by a visibility.
+void sfield_open(float e[SFIELD_COEFS], inout float t[SFIELD_COEFS])
+{
+    float r[SFIELD_COEFS];
+    sfield_product(SFIELD_TERMS, t, e, r);
+    t = r;
+}
+#endif
+
 // Returns the light at a point of the world with a unit normal. own is the entity that the point lies on,
 // counted from 1, which neither hides the point, since t does, nor lights it; 0 is none. t is self-visibility
 // x cosine, in the world: that of sfield_cosine, or recorded and turned. g is t x Phong's lobe, and is used
@@ -217,6 +270,11 @@ sfield_sums sfield_shade(vec3 position, vec3 normal, uint own, float t[SFIELD_CO
     if (own - 1u < count && uintBitsToFloat(SFIELD_MOVING(sfield_at(own - 1u) + 1u).w) > 0.0) left--;
     bool sky = glbk_sfield_contents.wants_sky != 0u, more = left > 0u || sky;
     float d2 = 0.0, o[SFIELD_COEFS], key[SFIELD_BATCH];
+#if SFIELD_EXP
+    float logs[SFIELD_COEFS], e[SFIELD_COEFS];
+    bool fresh = false;             // e is the exponential of logs
+    for (int k = 0; k < SFIELD_COEFS; k++) logs[k] = 0.0;
+#endif
     sfield_occluders met;
     met.count = 0;
     for (int i = 0; i < SFIELD_OCCLUDERS; i++) met.cone[i] = vec4(0.0);
@@ -231,14 +289,25 @@ sfield_sums sfield_shade(vec3 position, vec3 normal, uint own, float t[SFIELD_CO
             if (id == SFIELD_NONE) {
                 more = false;
             } else if (id < SFIELD_HIDES) {
-#if SFIELD_GLOSS > 1
-                sfield_light(id, position, t, g, h, sums);
-#else
-                sfield_light(id, position, t, g, sums);
+#if SFIELD_EXP
+                if (!fresh) sfield_exponentiate(logs, e);
+                fresh = true;
 #endif
+                sfield_light(id, position, t, g,
+#if SFIELD_GLOSS > 1
+                             h,
+#endif
+#if SFIELD_EXP
+                             e,
+#endif
+                             sums);
                 left--;
                 more = left > 0u || sky;
             } else if (sfield_occlusion(id & ~SFIELD_HIDES, position, normal, met, o)) {
+#if SFIELD_EXP
+                for (int k = 0; k < SFIELD_COEFS; k++) logs[k] += o[k];
+                fresh = false;
+#else
                 sfield_apply(o, t);
 #if SFIELD_GLOSS
                 sfield_apply(o, g);
@@ -246,9 +315,22 @@ sfield_sums sfield_shade(vec3 position, vec3 normal, uint own, float t[SFIELD_CO
 #if SFIELD_GLOSS > 1
                 sfield_apply(o, h);
 #endif
+#endif
             }
         }
     }
+#if SFIELD_EXP
+    if (sky) {
+        if (!fresh) sfield_exponentiate(logs, e);
+        sfield_open(e, t);
+#if SFIELD_GLOSS
+        sfield_open(e, g);
+#endif
+#if SFIELD_GLOSS > 1
+        sfield_open(e, h);
+#endif
+    }
+#endif
     if (sky) {
         sums.light += sfield_sky(t);
 #if SFIELD_GLOSS

@@ -32,6 +32,14 @@ static void metal_chess_lights_alike(void **state)
           "--set metallic=1" SMALL);
 }
 
+static void logarithms_are_added_alike(void **state)
+{
+    (void)state;
+    agree("--scene builtin:chess --env builtin:overcast --set product=exp --set bands=2" SMALL);
+    expect(1, "product=exp needs basis=sh",
+           "--technique shadowfield --scene builtin:chess --set basis=haar --set product=exp --out a.pfm");
+}
+
 /* A close look at a bullet, which glows with 420: the other lamps light it, its own light does not. It was black. */
 static void bullets_are_lit_by_others(void **state)
 {
@@ -91,6 +99,7 @@ int main(void)
     const struct CMUnitTest tests[] = { cmocka_unit_test(a_sky_on_instances_lights_alike),
                                         cmocka_unit_test(spots_and_sun_light_glossy_robots_alike),
                                         cmocka_unit_test(metal_chess_lights_alike),
+                                        cmocka_unit_test(logarithms_are_added_alike),
                                         cmocka_unit_test(bullets_are_lit_by_others),
                                         cmocka_unit_test(a_moving_video_lights_alike),
                                         cmocka_unit_test(bones_that_follow_light_alike),

@@ -117,7 +117,7 @@ static void fields_of_other_kinds_are_refused(void **state)
     GL_TEST(t, state)
     static const char *const why[] = {
         "is one of wavelets: OpenGL has those of harmonics alone", "has other bands than desc.algebra",
-        "is one of logarithms, which OpenGL does not have", "is a shard: sfield_merge first",
+        "is one of logarithms, as others are not", "is a shard: sfield_merge first",
         "is neither an occlusion nor a source field"
     };
     const float at[3] = { 1, 0, 0 };
@@ -247,7 +247,7 @@ static void renderers_refuse_bad_arguments(void **state)
     const float eye[3] = { 0, 0, 1 };
     glbk_context *gl = &t->gl;
     glbk_sfield_scene w, no_scene = { 0 };
-    glbk_sfield_renderer_desc d = { SIDE, SIDE, NULL, 1, 0, 0, 0, 0, 0 };
+    glbk_sfield_renderer_desc d = { SIDE, SIDE, NULL, 1, 0, 0, 0, 0, 0, 0 };
     glbk_sfield_renderer r, none = { 0 }, dull;
     glbk_gbuffer g = gbuffer_of(t, SIDE, SIDE), wide = gbuffer_of(t, SIDE + 1, SIDE), no_buffer = { 0 };
     sfield_algebra *five;
@@ -327,7 +327,7 @@ static void self_visibility_refuses_bad_arguments(void **state)
     const float zeros[16] = { 0 }, eye[3] = { 0, 0, 1 };
     glbk_context *gl = &t->gl;
     glbk_sfield_scene w;
-    glbk_sfield_renderer_desc d = { SIDE, SIDE, NULL, 0, 1, 0, 0, 0, 0 };
+    glbk_sfield_renderer_desc d = { SIDE, SIDE, NULL, 0, 1, 0, 0, 0, 0, 0 };
     glbk_sfield_renderer r, none = { 0 }, without, many;
     glbk_gbuffer g = gbuffer_of(t, SIDE, SIDE), wide = gbuffer_of(t, SIDE + 1, SIDE), no_buffer = { 0 };
     sfield_algebra *five;

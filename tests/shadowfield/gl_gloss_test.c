@@ -119,6 +119,78 @@ static void albedos_are_closed_forms(void **state)
     CONFORM_MAX("gloss", "GL: what a red metal mirrors, green by red", 0.005, color);
 }
 
+/* A ball of logarithms straight above hides 1 / d^2 of the cosine-weighted sky, as far as three bands see it; and a
+   scene of other fields is refused. */
+static void a_ball_of_logarithms_hides_its_share(void **state)
+{
+    GL_TEST(t, state)
+    enum { BANDS = 3, COUNT = 8 };
+    sfield_desc field_desc = small_desc(SFIELD_BASIS_SH);
+    const sfield_field *fields[2];
+    glbk_sfield_scene_desc scene_desc;
+    glbk_sfield_renderer_desc d;
+    glbk_gbuffer_desc buffer_desc;
+    glbk_sfield_scene scene;
+    glbk_sfield_renderer renderer;
+    glbk_gbuffer buffer;
+    glbk_pixel pixels[COUNT];
+    sfield_algebra *algebra;
+    sfield_entity ball;
+    float light[COUNT][4];
+    double worst = 0;
+    memset(&scene_desc, 0, sizeof scene_desc);
+    memset(&d, 0, sizeof d);
+    memset(&buffer_desc, 0, sizeof buffer_desc);
+    memset(pixels, 0, sizeof pixels);
+    memset(&ball, 0, sizeof ball);
+    field_desc.bands = BANDS;
+    field_desc.cube_side = 32;
+    field_desc.shell_count = 16;
+    field_desc.inner = 1.1f;
+    fields[1] = field_of_sphere(&field_desc);
+    field_desc.logarithm = 1;
+    fields[0] = field_of_sphere(&field_desc);
+    assert_int_equal(sfield_algebra_create(BANDS, NULL, &algebra), SFIELD_OK);
+    scene_desc.algebra = d.algebra = algebra;
+    scene_desc.entity_capacity = 1;
+    scene_desc.field_count = 1;
+    scene_desc.fields = fields;
+    d.width = buffer_desc.width = COUNT;
+    d.height = buffer_desc.height = 1;
+    d.logarithms = 1;
+    for (int i = 0; i < COUNT; i++) {
+        pixels[i].position[1] = -1.5f - 0.5f * (float)i;
+        pixels[i].normal[1] = 1;
+        pixels[i].material.kind = LSAMP_MATERIAL_LAMBERT;
+    }
+    ball.occlusion = fields[0];
+    assert_glbk(t, glbk_sfield_scene_create(&t->gl, &scene_desc, &scene));
+    assert_glbk(t, glbk_sfield_scene_entities(&t->gl, &scene, &ball, 1));
+    assert_glbk(t, glbk_gbuffer_create(&t->gl, &buffer_desc, &buffer));
+    assert_glbk(t, glbk_sfield_renderer_create(&t->gl, &d, &renderer));
+    assert_glbk(t, glbk_gbuffer_upload(&t->gl, &buffer, 0, 1, pixels));
+    assert_glbk(t, glbk_sfield_shade(&t->gl, &renderer, &buffer, &scene, NULL, 1));
+    assert_glbk(t, glbk_sfield_read(&t->gl, &renderer, light[0], NULL));
+    for (int i = 0; i < COUNT; i++) {
+        const double distance = 1.5 + 0.5 * i, exactly = 1 - 1 / (distance * distance);
+        printf("a ball %.1f r above: open %.4f, exactly %.4f\n", distance, (double)light[i][3], exactly);
+        worst = fmax(worst, fabs((double)light[i][3] - exactly));
+    }
+    CONFORM_MAX("gloss", "GL: open share below a ball of logarithms", 0.05, worst);
+    glbk_sfield_scene_free(&t->gl, &scene);
+    scene_desc.field_count = 2;
+    assert_int_equal(glbk_sfield_scene_create(&t->gl, &scene_desc, &scene), GLBK_ERR_MISMATCH);     /* both kinds */
+    scene_desc.field_count = 1;
+    scene_desc.fields = fields + 1;
+    assert_glbk(t, glbk_sfield_scene_create(&t->gl, &scene_desc, &scene));
+    assert_int_equal(glbk_sfield_shade(&t->gl, &renderer, &buffer, &scene, NULL, 1), GLBK_ERR_MISMATCH);
+    glbk_sfield_scene_free(&t->gl, &scene);
+    glbk_sfield_renderer_free(&t->gl, &renderer);
+    glbk_gbuffer_free(&t->gl, &buffer);
+    sfield_algebra_free(algebra);
+    for (int i = 0; i < 2; i++) sfield_free((sfield_field *)(size_t)fields[i]);
+}
+
 /* A renderer of materials refuses a scene without BRDFs, and grazing is of materials alone. */
 static void what_lacks_brdfs_is_refused(void **state)
 {
@@ -154,7 +226,9 @@ static void what_lacks_brdfs_is_refused(void **state)
 
 int main(int count, char **values)
 {
-    struct CMUnitTest tests[] = { gl_unit_test(albedos_are_closed_forms), gl_unit_test(what_lacks_brdfs_is_refused) };
+    struct CMUnitTest tests[] = { gl_unit_test(albedos_are_closed_forms),
+                                  gl_unit_test(a_ball_of_logarithms_hides_its_share),
+                                  gl_unit_test(what_lacks_brdfs_is_refused) };
     (void)count;
     GL_TEST_MAIN(values, tests, GL_USUAL);
 }

@@ -82,7 +82,7 @@ typedef struct world {
 static void open_world(gl_test *t, world *w, uint32_t width, uint32_t height, float reach)
 {
     const glbk_sfield_scene_desc d = { algebra, (const sfield_field *const *)field, FIELDS, MOST, reach, NULL };
-    const glbk_sfield_renderer_desc r = { width, height, algebra, 0, 1, 5, 0, 0, 0 };
+    const glbk_sfield_renderer_desc r = { width, height, algebra, 0, 1, 5, 0, 0, 0, 0 };
     glbk_gbuffer_desc g;
     sfield_scene_desc s;
     memset(w, 0, sizeof *w);

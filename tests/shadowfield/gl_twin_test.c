@@ -66,6 +66,8 @@ typedef struct both {
     float                 *brdf;                 /* NULL: no table of BRDFs is uploaded */
 } both;
 
+static int logarithms;       /* of all occlusion fields, scenes and renderers from now on */
+
 static void build_fields(both *b, uint32_t bands)
 {
     static float radiance[3 * 3 * 200];
@@ -79,8 +81,10 @@ static void build_fields(both *b, uint32_t bands)
     test_desc(&d, bands);
     for (i = 0; i < 3 * 3 * 200; i++) radiance[i] = (float)(1 + i % 7 + i / 300);
     assert_int_equal(sfield_algebra_create(bands, NULL, &b->algebra), SFIELD_OK);
+    d.logarithm = logarithms;
     assert_int_equal(sfield_build(&d, &of_box, &b->field[0], NULL), SFIELD_OK);
     assert_int_equal(sfield_build(&d, &of_soup, &b->field[1], NULL), SFIELD_OK);
+    d.logarithm = 0;
     assert_int_equal(sfield_build_emissive(&d, &of_ball, radiance, &b->field[2], NULL), SFIELD_OK);
     assert_int_equal(sfield_build_emissive(&d, &of_soup, radiance, &b->field[3], NULL), SFIELD_OK);
     d.spacing = SFIELD_SPACING_UNIFORM;
@@ -448,6 +452,7 @@ static void make_stage(stage *s, const both *b, uint64_t *seed, int sky)
     memset(s, 0, sizeof *s);
     memset(&d, 0, sizeof d);
     d.bands = b->bands;
+    d.product = logarithms ? SFIELD_PRODUCT_EXP : SFIELD_PRODUCT_TRIPLE;
     assert_int_equal(sfield_scene_create(&d, &s->scene), SFIELD_OK);
     for (i = 0; i < ENTITIES; i++) {
         sfield_entity *e = &s->entity[i];
@@ -534,7 +539,7 @@ static void shade_in_gl(gl_test *t, stage *s, both *b, const float *eye, float e
     glbk_sfield_renderer r;
     const int metal = exponent < 0;
     const glbk_sfield_renderer_desc d = { POINTS / 4, 4, b->algebra, exponent > 0, on_entity, 0, on_entity, metal,
-                                          metal };
+                                          metal, logarithms };
     glbk_gbuffer_desc of;
     glbk_gbuffer g;
     float coefs[3 * 64];
@@ -628,46 +633,54 @@ static void compare_results(const float (*gl)[4], const float (*cpu)[3], double 
         }
 }
 
-/* The metal-rough BRDF: what is diffuse, specular and grazing, each by itself. */
-static void materials_are_shaded_as_on_the_cpu(void **state)
+/* What is diffuse, specular and grazing, each by itself, of a scene of so many bands with materials or without. */
+static void compare_scene(gl_test *t, uint32_t bands, int materials, int on_entity, uint64_t seed)
 {
-    GL_TEST(t, state)
     static both b;
     static stage s;
     const float eye[3] = { 1, 5, 2 };
-    uint64_t seed = 31;
-    for (int way = 0; way < 2; way++) {         /* in space under a sky; on an object, of few bands since drivers
-                                                   take long for these programs */
-        const uint32_t bands = way ? 2 : 4;
-        const int on_entity = way, sky = !way;
-        double sum[3] = { 0, 0, 0 }, size[3] = { 0, 0, 0 }, dark = 0, bright = 0;
-        build_fields(&b, bands);
-        make_brdf(&b);
-        upload(t, &b);
-        make_stage(&s, &b, &seed, sky);
-        for (int i = 0; i < POINTS; i++) {
-            for (int k = 0; k < 5; k++) s.material[i][k] = (float)rnd(&seed);
-            if (i % 3 == 0) s.material[i][3] = 0;
-            if (i % 7 == 0) s.material[i][4] = i % 2 ? 1.0f : 0.0f;
-        }
-        shade_in_c(&s, &b, &seed, eye, -1, on_entity);
-        shade_in_gl(t, &s, &b, eye, -1, on_entity, sky);
-        compare_results((const float (*)[4])s.light, (const float (*)[3])s.rgb, &sum[0], &size[0]);
-        compare_results((const float (*)[4])s.shine, (const float (*)[3])s.gloss, &sum[1], &size[1]);
-        compare_results((const float (*)[4])s.graze, (const float (*)[3])s.grazing, &sum[2], &size[2]);
-        for (int i = 0; i < POINTS; i++) {
-            dark += s.light[i][3] < 0.8f;
-            bright += s.light[i][3] > 0.99f;
-        }
-        printf("materials %d: off by %.1e, %.1e, %.1e of %.2g, %.2g, %.2g; %.0f dark, %.0f bright of %d\n", way,
-               sqrt(sum[0] / size[0]), sqrt(sum[1] / size[1]), sqrt(sum[2] / size[2]), sqrt(size[0]), sqrt(size[1]),
-               sqrt(size[2]), dark, bright, POINTS);
-        assert_true(dark > POINTS / 8 && size[0] > 0.1 && size[1] > 0.1 && size[2] > 1e-4);
-        for (int k = 0; k < 3; k++) assert_true(sqrt(sum[k] / size[k]) < 5e-4);
-        sfield_scene_free(s.scene);
-        sfield_free(s.self);
-        free_both(t, &b);
+    const int sky = !on_entity, results = materials ? 3 : 1;
+    double sum[3] = { 0, 0, 0 }, size[3] = { 0, 0, 0 }, dark = 0;
+    build_fields(&b, bands);
+    if (materials) make_brdf(&b);
+    upload(t, &b);
+    make_stage(&s, &b, &seed, sky);
+    for (int i = 0; i < POINTS; i++) {
+        for (int k = 0; k < 5; k++) s.material[i][k] = (float)rnd(&seed);
+        if (i % 3 == 0) s.material[i][3] = 0;
+        if (i % 7 == 0) s.material[i][4] = i % 2 ? 1.0f : 0.0f;
     }
+    shade_in_c(&s, &b, &seed, eye, materials ? -1 : 0, on_entity);
+    shade_in_gl(t, &s, &b, eye, materials ? -1 : 0, on_entity, sky);
+    compare_results((const float (*)[4])s.light, (const float (*)[3])s.rgb, &sum[0], &size[0]);
+    compare_results((const float (*)[4])s.shine, (const float (*)[3])s.gloss, &sum[1], &size[1]);
+    compare_results((const float (*)[4])s.graze, (const float (*)[3])s.grazing, &sum[2], &size[2]);
+    for (int i = 0; i < POINTS; i++) dark += s.light[i][3] < 0.8f;
+    for (int k = 0; k < results; k++)
+        printf("%u bands, materials %d, logarithms %d: off by %.1e of %.2g\n", bands, materials, logarithms,
+               sqrt(sum[k] / size[k]), sqrt(size[k]));
+    assert_true(dark > POINTS / 8 && size[0] > 0.1);
+    for (int k = 0; k < results; k++) assert_true(size[k] > 1e-4 && sqrt(sum[k] / size[k]) < 5e-4);
+    sfield_scene_free(s.scene);
+    sfield_free(s.self);
+    free_both(t, &b);
+}
+
+/* In space under a sky, and on an object, of few bands since drivers take long for these programs. */
+static void materials_are_shaded_as_on_the_cpu(void **state)
+{
+    GL_TEST(t, state)
+    compare_scene(t, 4, 1, 0, 31);
+    compare_scene(t, 2, 1, 1, 32);
+}
+
+static void logarithms_are_added_as_on_the_cpu(void **state)
+{
+    GL_TEST(t, state)
+    logarithms = 1;
+    compare_scene(t, 2, 0, 0, 41);
+    compare_scene(t, 2, 1, 1, 32);
+    logarithms = 0;
 }
 
 /* ---- failures put into GL's mouth, and a state turned over ---- */
@@ -696,7 +709,7 @@ static void release(void *memory, void *user)
 static glbk_result make_all(gl_test *t, const both *b, glbk_sfield_scene *w, glbk_gbuffer *g,
                             glbk_sfield_renderer *r)
 {
-    glbk_sfield_renderer_desc d = { 4, 4, b->algebra, 1, 1, 0, 0, 1, 1 };
+    glbk_sfield_renderer_desc d = { 4, 4, b->algebra, 1, 1, 0, 0, 1, 1, 0 };
     const float *own[16] = { NULL };
     glbk_gbuffer_desc of;
     glbk_pixel pixels[4];
@@ -852,7 +865,7 @@ static void a_lost_context_is_called_no_more(void **state)
     glbk_sfield_scene w, w2;
     glbk_gbuffer g;
     glbk_sfield_renderer r, r2;
-    glbk_sfield_renderer_desc d = { 4, 4, NULL, 1, 1, 0, 0, 1, 1 };
+    glbk_sfield_renderer_desc d = { 4, 4, NULL, 1, 1, 0, 0, 1, 1, 0 };
     const float *own[16] = { NULL };
     sfield_entity e;
     glbk_context ctx;
@@ -897,6 +910,7 @@ int main(int count, char **values)
     struct CMUnitTest tests[] = {
         gl_unit_test(functions_in_glsl_equal_their_twins), gl_unit_test(written_products_agree),
         gl_unit_test(scenes_are_shaded_as_on_the_cpu), gl_unit_test(materials_are_shaded_as_on_the_cpu),
+        gl_unit_test(logarithms_are_added_as_on_the_cpu),
         gl_unit_test(failures_leave_nothing),
         gl_unit_test(a_lost_context_is_called_no_more), gl_unit_test(a_hostile_state_changes_nothing)
     };
