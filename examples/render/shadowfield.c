@@ -1012,8 +1012,7 @@ static int open_shadowfield(void **opaque, const rd_job *job, char *error)
     memset(&d, 0, sizeof d);
     d.basis = s->basis;
     d.bands = (uint32_t)rd_setting_integer(job->settings, "bands");
-    if (rd_setting_is(job->settings, "product", "exp"))
-        d.product = SFIELD_PRODUCT_EXP;
+    d.product = rd_setting_is(job->settings, "product", "exp") ? SFIELD_PRODUCT_EXP : SFIELD_PRODUCT_DEFAULT;
     d.reach = (float)rd_setting_number(job->settings, "reach");
     d.system.parallel_for = ex_pool_run;
     d.system.log = ex_pool_log;
@@ -1032,10 +1031,8 @@ static int open_shadowfield(void **opaque, const rd_job *job, char *error)
     s->rgb = calloc(objects + 1, sizeof *s->rgb);
     if (s->rgb)
         s->rgb[objects] = (float *)(void *)s;            /* the end of the list */
-    if (d.product == SFIELD_PRODUCT_EXP && s->basis == SFIELD_BASIS_HAAR) {
-        snprintf(error, EX_ERROR_SIZE, "shadowfield: product=exp needs basis=sh");
-    } else if (job->gl && s->basis == SFIELD_BASIS_HAAR) {
-        snprintf(error, EX_ERROR_SIZE, "shadowfield: --backend gl needs basis=sh");
+    if (s->basis == SFIELD_BASIS_HAAR && (job->gl || d.product == SFIELD_PRODUCT_EXP)) {
+        snprintf(error, EX_ERROR_SIZE, "shadowfield: %s needs basis=sh", job->gl ? "--backend gl" : "product=exp");
     } else if (!job->gl && rd_setting_is(job->settings, "build", "gpu")) {
         snprintf(error, EX_ERROR_SIZE, "shadowfield: build=gpu needs --backend gl");
     } else if (lazy && job->gl) {

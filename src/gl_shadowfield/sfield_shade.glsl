@@ -11,6 +11,18 @@
 #endif
 #define SFIELD_TERMS uvec2(glbk_sfield_contents.term_texel, glbk_sfield_contents.term_count)
 #define SFIELD_TURNS_LIGHT (SFIELD_GLOSS > 1 || SFIELD_EXP)
+#if SFIELD_GLOSS > 1                // a third function of direction, with its comma or as a statement
+#define SFIELD_AND_H(x) , x
+#define SFIELD_WITH_H(x) x
+#else
+#define SFIELD_AND_H(x)
+#define SFIELD_WITH_H(x)
+#endif
+#if SFIELD_EXP                      // the visibility before a light
+#define SFIELD_AND_E(x) , x
+#else
+#define SFIELD_AND_E(x)
+#endif
 #define SFIELD_BATCH 8              // entities that are found at a time
 #define SFIELD_OCCLUDERS 4           // inscribed spheres that are remembered
 
@@ -85,6 +97,18 @@ void sfield_find(vec3 position, uint own, float d2, uint id, inout uint first, o
     }
 }
 
+// Returns the distance and the id of number i of those that were found.
+void sfield_pick(float key[SFIELD_BATCH], uint name[SFIELD_BATCH], uint i, out float d2, out uint id)
+{
+    d2 = key[0];
+    id = name[0];
+    for (int k = 1; k < SFIELD_BATCH; k++)
+        if (uint(k) == i) {
+            d2 = key[k];
+            id = name[k];
+        }
+}
+
 // These are the inscribed spheres of occluders that were met, as cones: axis, cosine of the half angle.
 struct sfield_occluders {
     vec4 cone[SFIELD_OCCLUDERS];
@@ -146,13 +170,8 @@ vec3 sfield_channel(vec3 rgb, uint c, float sum)
 // Adds t . radiance of a light to the light, and g . radiance to the gloss. t and g are turned into the
 // light's space; with h, and its part of the gloss, or with e the radiance is turned in their place. e is the
 // visibility of what lies before the light, where it is not in t: (t e) . radiance is t . (e radiance).
-void sfield_light(uint entity, vec3 position, float t[SFIELD_COEFS], float g[SFIELD_COEFS],
-#if SFIELD_GLOSS > 1
-                  float h[SFIELD_COEFS],
-#endif
-#if SFIELD_EXP
-                  float e[SFIELD_COEFS],
-#endif
+void sfield_light(uint entity, vec3 position, float t[SFIELD_COEFS], float g[SFIELD_COEFS]
+                  SFIELD_AND_H(float h[SFIELD_COEFS]) SFIELD_AND_E(float e[SFIELD_COEFS]),
                   inout sfield_sums sums)
 {
     uvec4 what = SFIELD_RECORD(entity, 5u);
@@ -207,6 +226,17 @@ vec3 sfield_sky(float t[SFIELD_COEFS])
     return rgb;
 }
 
+// Adds the sky to all sums.
+void sfield_add_sky(float t[SFIELD_COEFS], float g[SFIELD_COEFS] SFIELD_AND_H(float h[SFIELD_COEFS]),
+                    inout sfield_sums sums)
+{
+    sums.light += sfield_sky(t);
+#if SFIELD_GLOSS
+    sums.gloss += sfield_sky(g);
+#endif
+    SFIELD_WITH_H(sums.grazing += sfield_sky(h);)
+}
+
 // Takes the part that an occluder hides from t.
 void sfield_apply(float o[SFIELD_COEFS], inout float t[SFIELD_COEFS])
 {
@@ -258,10 +288,7 @@ void sfield_open(float e[SFIELD_COEFS], inout float t[SFIELD_COEFS])
 // x cosine, in the world: that of sfield_cosine, or recorded and turned. g is t x Phong's lobe, and is used
 // if SFIELD_GLOSS is not 0. If it is 2, h follows, and any of the three may be kernels of sfield_kernel.
 sfield_sums sfield_shade(vec3 position, vec3 normal, uint own, float t[SFIELD_COEFS], float g[SFIELD_COEFS]
-#if SFIELD_GLOSS > 1
-                         , float h[SFIELD_COEFS]
-#endif
-)
+                         SFIELD_AND_H(float h[SFIELD_COEFS]))
 {
     sfield_sums sums = sfield_no_light();
     uint count = glbk_sfield_contents.entity_count, left = glbk_sfield_contents.light_count;
@@ -281,11 +308,7 @@ sfield_sums sfield_shade(vec3 position, vec3 normal, uint own, float t[SFIELD_CO
     while (more) {
         sfield_find(position, own, d2, id, first, key, name);
         for (uint i = 0u; i < min(uint(SFIELD_BATCH), 2u * count + 1u) && more; i++) {
-            for (int k = 0; k < SFIELD_BATCH; k++)
-                if (uint(k) == i) {
-                    d2 = key[k];
-                    id = name[k];
-                }
+            sfield_pick(key, name, i, d2, id);
             if (id == SFIELD_NONE) {
                 more = false;
             } else if (id < SFIELD_HIDES) {
@@ -293,14 +316,7 @@ sfield_sums sfield_shade(vec3 position, vec3 normal, uint own, float t[SFIELD_CO
                 if (!fresh) sfield_exponentiate(logs, e);
                 fresh = true;
 #endif
-                sfield_light(id, position, t, g,
-#if SFIELD_GLOSS > 1
-                             h,
-#endif
-#if SFIELD_EXP
-                             e,
-#endif
-                             sums);
+                sfield_light(id, position, t, g SFIELD_AND_H(h) SFIELD_AND_E(e), sums);
                 left--;
                 more = left > 0u || sky;
             } else if (sfield_occlusion(id & ~SFIELD_HIDES, position, normal, met, o)) {
@@ -312,33 +328,19 @@ sfield_sums sfield_shade(vec3 position, vec3 normal, uint own, float t[SFIELD_CO
 #if SFIELD_GLOSS
                 sfield_apply(o, g);
 #endif
-#if SFIELD_GLOSS > 1
-                sfield_apply(o, h);
-#endif
+                SFIELD_WITH_H(sfield_apply(o, h);)
 #endif
             }
         }
     }
-#if SFIELD_EXP
     if (sky) {
+#if SFIELD_EXP
         if (!fresh) sfield_exponentiate(logs, e);
         sfield_open(e, t);
-#if SFIELD_GLOSS
         sfield_open(e, g);
+        SFIELD_WITH_H(sfield_open(e, h);)
 #endif
-#if SFIELD_GLOSS > 1
-        sfield_open(e, h);
-#endif
-    }
-#endif
-    if (sky) {
-        sums.light += sfield_sky(t);
-#if SFIELD_GLOSS
-        sums.gloss += sfield_sky(g);
-#endif
-#if SFIELD_GLOSS > 1
-        sums.grazing += sfield_sky(h);
-#endif
+        sfield_add_sky(t, g SFIELD_AND_H(h), sums);
     }
     sums.light *= 1.0 / SFIELD_PI;
     sums.open = t[0] * (1.0 / (SFIELD_PI * SFIELD_Y00));
