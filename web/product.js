@@ -5,7 +5,7 @@
 
 const SIDES = [[16, 64], [48, 128], [96, 128]];     // maps a side of the directions, pixels a side of a map
 
-Object.assign(state, { worker: null, model: 'builtin:knot', sky: 'builtin:sky', files: new Map(), block: null, blockOf: '', stages: [] });
+Object.assign(state, { worker: null, model: 'builtin:knot', sky: 'builtin:sky', files: new Map(), block: null, blockOf: '', stages: [], shown: false });
 const call = (name, types, ...values) => callC('pd', name, types, values);
 
 /* ---- building ---- */
@@ -64,6 +64,16 @@ function build() {
     state.worker.postMessage({ name: state.model, bytes: state.files.get(state.model), sides: SIDES });
 }
 
+/* Drivers compile the shaders when something is first drawn by them: a few pixels with maps of four directions, while the worker
+   builds those that will be seen. */
+function warm() {
+    const at = (name) => state.program.ccall(`pd_${name}`, 'number', [], []);
+    if (!call('build', ['number', 'number'], 2, 16) || !call('open', ['number', 'number'], at('block'), at('block_bytes'))) return;
+    canvas.width = canvas.height = 16;
+    if (call('size', ['number', 'number'], 16, 16)) draw(1, 1);
+    state.context.flush();
+}
+
 /* Takes a block of csm.h as the maps of the model. */
 function give(block) {
     const at = state.program._malloc(block.length);
@@ -95,6 +105,7 @@ function load(name) {
     element('save').disabled = true;
     element('facts').textContent = `${state.program.ccall('pd_triangles', 'number', [], [])} triangles`;
     build();
+    if (!state.shown) warm();
 }
 
 function loadSky(name) {
@@ -138,15 +149,20 @@ function size() {
     return call('size', ['number', 'number'], canvas.width, canvas.height);
 }
 
+function draw(samples, anew) {
+    return call('frame', ['number', 'number', 'number', 'number', 'number', 'number', 'number', 'number', 'number'], view.azimuth,
+        view.elevation, view.distance, view.up, element('turn').value * Math.PI / 180, 2 ** element('exposure').value,
+        samples, element('show').checked ? 1 : 0, anew);
+}
+
 function frame() {
     if (!size()) return;
     const frames = state.program.ccall('pd_frames', 'number', [], []);
     if (!state.anew && frames >= FULL) return;
     const anew = state.anew ? 1 : 0;
     state.anew = false;
-    call('frame', ['number', 'number', 'number', 'number', 'number', 'number', 'number', 'number', 'number'], view.azimuth,
-        view.elevation, view.distance, view.up, element('turn').value * Math.PI / 180, 2 ** element('exposure').value,
-        2 ** element('samples').value, element('show').checked ? 1 : 0, anew);
+    draw(state.shown ? 2 ** element('samples').value : 1, anew);        // the first picture comes soonest
+    state.shown = true;
     drawn(state.program.ccall('pd_frames', 'number', [], []));
 }
 
