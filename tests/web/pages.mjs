@@ -418,11 +418,12 @@ const tests = {
             const real = WebGL2RenderingContext.prototype.getParameter;
             WebGL2RenderingContext.prototype.getParameter = function (name) { return name === 0x9246 ? 'A card' : real.call(this, name); };
         });
-        await page.goto(`file://${folder}/index.html`);
-        for (const name of ['room', 'sky']) {
+        await page.goto(`${served}/index.html`);          // three.js wants a server
+        for (const name of ['room', 'sky', 'three'].filter((n) => existsSync(`${folder}/${n}.html`))) {
             await page.evaluate((n) => document.querySelector(`[data-page="${n}"]`).scrollIntoView({ block: 'center' }), name);
             await until(`[...document.querySelectorAll("iframe")].map((f) => f.src.replace(/.*\\//, "")).join() === "${name}.html?here"`);
         }
+        if (existsSync(`${folder}/three.html`)) await until(`/pixels/.test(document.querySelector('[data-page="three"] .facts').textContent)`);
     },
     async index_without_webgl_2_shows_pictures_and_says_why() {
         if (page) await page.close();
