@@ -3845,6 +3845,7 @@ typedef struct cohsm__writer {
     cohsm__words       *words;          /* room for `bound` of them */
     size_t              total, bound;
 } cohsm__writer;
+
 typedef struct cohsm__writing {
     const cohsm_builder *builder;
     uint32_t             views;
