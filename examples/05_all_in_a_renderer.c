@@ -408,11 +408,11 @@ static char *unroll(const app *a, const char *fragment)
     size_t product = glbk_sfield_write_product(a->algebra, NULL, 0);
     size_t size = product + strlen(fragment);
     char *text;
-    for (const char *piece = file->text; *piece; piece += strlen(piece) + 1) size += strlen(piece);
+    for (const char *piece = glbk_file_text(file); *piece; piece += strlen(piece) + 1) size += strlen(piece);
     text = malloc(size);
     if (!text) return NULL;
     glbk_sfield_write_product(a->algebra, text, product);
-    for (const char *piece = file->text; *piece; piece += strlen(piece) + 1) strcat(text, piece);
+    for (const char *piece = glbk_file_text(file); *piece; piece += strlen(piece) + 1) strcat(text, piece);
     return strcat(text, fragment);
 }
 

@@ -66,7 +66,7 @@ static int write_shader(FILE *out)
         snprintf(name, sizeof name, "lib/%s.glsl", files[i]);
         file = glbk_find_file(glbk_csm_part(), name);
         if (!file) return 0;
-        for (const char *text = file->text; *text; text += strlen(text) + 1) fputs(text, out);
+        for (const char *text = glbk_file_text(file); *text; text += strlen(text) + 1) fputs(text, out);
     }
     fputs(body, out);
     return 1;

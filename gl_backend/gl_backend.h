@@ -957,10 +957,12 @@ static inline GLBK__COLD void glbk__log_value(const glbk__logger *logger, const 
 
 GLBK_DEF const char *glbk_result_text(glbk_result result)
 {
-#define GLBK__TEXT(name, text) text,
-    static const char *const texts[] = { GLBK_RESULTS(GLBK__TEXT) };
+#define GLBK__TEXT(name, text) text "\0"
+    const char *s = GLBK_RESULTS(GLBK__TEXT) "unknown result";
 #undef GLBK__TEXT
-    return (unsigned)result < (unsigned)GLBK_RESULT_COUNT ? texts[result] : "unknown result";
+    unsigned i;
+    for (i = 0; i < (unsigned)result && i < GLBK_RESULT_COUNT; i++) s += strlen(s) + 1;
+    return s;
 }
 
 static void glbk__log(const glbk_context *ctx, const char *text)
@@ -982,9 +984,8 @@ static glbk_result glbk__fail(const glbk_context *ctx, glbk_result result, const
 /* Logs "TEXT 0x0502": hexadecimal with at least four digits, as GL's constants are known. */
 static void glbk__log_constant(const glbk_context *ctx, const char *text, uint32_t value)
 {
-    char digits[16];
+    char digits[16] = { 0 };
     int at = 15;
-    digits[15] = 0;
     while (value || at > 11) {
         digits[--at] = "0123456789abcdef"[value % 16];
         value /= 16;

@@ -970,7 +970,10 @@ static inline glbk_csm__allocator glbk_csm__memory(const glbk_context *ctx)
 /* ==== GLSL of src/gl_csm ==== */
 
 
-static const struct { char s0[3977]; char s1[1574]; char end; } glbk__glsl_lib_cohsm_brdf_glsl = {
+static const struct { char facts[34];
+    char s0[3977]; char s1[1574]; char end; } glbk__glsl_lib_cohsm_brdf_glsl = {
+    "lib/cohsm_brdf.glsl\0" "cohsm_math" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\n\n\n\n#ifndef COHSM_LOBES\n"
     "#error \"cohsm_brdf: COHSM_LOBES, 1..8\"\n"
     "#endif\n"
@@ -1169,7 +1172,10 @@ static const struct { char s0[3977]; char s1[1574]; char end; } glbk__glsl_lib_c
     "}\n", 0
 };
 
-static const struct { char s0[2739]; char end; } glbk__glsl_lib_cohsm_estimate_glsl = {
+static const struct { char facts[63];
+    char s0[2739]; char end; } glbk__glsl_lib_cohsm_estimate_glsl = {
+    "lib/cohsm_estimate.glsl\0" "cohsm_random cohsm_brdf cohsm_light" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\n\n\n\n\n#define COHSM_SAMPLING_BOTH 0\n"
     "#define COHSM_SAMPLING_LIGHT 1\n"
     "#define COHSM_SAMPLING_BRDF 2\n"
@@ -1255,8 +1261,11 @@ static const struct { char s0[2739]; char end; } glbk__glsl_lib_cohsm_estimate_g
     "}\n", 0
 };
 
-static const struct { char s0[3971]; char s1[3984]; char s2[3990];
+static const struct { char facts[46];
+    char s0[3971]; char s1[3984]; char s2[3990];
     char s3[1196]; char end; } glbk__glsl_lib_cohsm_light_glsl = {
+    "lib/cohsm_light.glsl\0" "cohsm_math cohsm_octa" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\n\n\n\n\n#ifndef COHSM_LIGHT_TEXEL\n"
     "#error \"cohsm_light: COHSM_LIGHT_TEXEL(i), texel i of the lights\"\n"
     "#endif\n"
@@ -1654,7 +1663,10 @@ static const struct { char s0[3971]; char s1[3984]; char s2[3990];
     "}\n", 0
 };
 
-static const struct { char s0[3999]; char s1[3960]; char s2[3655]; char end; } glbk__glsl_lib_cohsm_lookup_glsl = {
+static const struct { char facts[26];
+    char s0[3999]; char s1[3960]; char s2[3655]; char end; } glbk__glsl_lib_cohsm_lookup_glsl = {
+    "lib/cohsm_lookup.glsl\0" "" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\n\n\n\n#ifndef COHSM_TEXEL\n"
     "#error \"cohsm_lookup: COHSM_TEXEL(i), texel i of the blocks\"\n"
     "#endif\n"
@@ -2012,7 +2024,10 @@ static const struct { char s0[3999]; char s1[3960]; char s2[3655]; char end; } g
     "}\n", 0
 };
 
-static const struct { char s0[3553]; char end; } glbk__csm_files_lib_cohsm_math_glsl = {
+static const struct { char facts[24];
+    char s0[3553]; char end; } glbk__csm_files_lib_cohsm_math_glsl = {
+    "lib/cohsm_math.glsl\0" "" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\n\n\n#define COHSM_PI 3.14159265\n"
     "#define COHSM_BELOW_1 0.99999994\n"
     "#define COHSM_HUGE 3.402823466e38\n"
@@ -2128,7 +2143,10 @@ static const struct { char s0[3553]; char end; } glbk__csm_files_lib_cohsm_math_
     "}\n", 0
 };
 
-static const struct { char s0[904]; char end; } glbk__glsl_lib_cohsm_octa_glsl = {
+static const struct { char facts[34];
+    char s0[904]; char end; } glbk__glsl_lib_cohsm_octa_glsl = {
+    "lib/cohsm_octa.glsl\0" "cohsm_math" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\n\nfloat cohsm_acos(float x)\n"
     "{\n"
     "float a=min(abs(x),1.),h=.5*(1.-a);\n"
@@ -2161,7 +2179,10 @@ static const struct { char s0[904]; char end; } glbk__glsl_lib_cohsm_octa_glsl =
     "}\n", 0
 };
 
-static const struct { char s0[1174]; char end; } glbk__glsl_lib_cohsm_random_glsl = {
+static const struct { char facts[26];
+    char s0[1174]; char end; } glbk__glsl_lib_cohsm_random_glsl = {
+    "lib/cohsm_random.glsl\0" "" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\nuint cohsm_hash(uint x)\n"
     "{\n"
     "uint state=x*747796405u+2891336453u;\n"
@@ -2205,8 +2226,11 @@ static const struct { char s0[1174]; char end; } glbk__glsl_lib_cohsm_random_gls
     "}\n", 0
 };
 
-static const struct { char s0[3975]; char s1[3997]; char s2[3942];
+static const struct { char facts[74];
+    char s0[3975]; char s1[3997]; char s2[3942];
     char s3[1020]; char end; } glbk__glsl_lib_cohsm_visible_glsl = {
+    "lib/cohsm_visible.glsl\0" "cohsm_math cohsm_octa cohsm_random cohsm_lookup" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\n\n\n\n\n\n\n#define COHSM_LIGHT_DIRECTION 0\n"
     "#define COHSM_LIGHT_POSITION 1\n"
     "#define COHSM_LIGHT_PARAMETER 2\n"
@@ -2582,7 +2606,10 @@ static const struct { char s0[3975]; char s1[3997]; char s2[3942];
     "}\n", 0
 };
 
-static const struct { char s0[419]; char end; } glbk__glsl_lib_csm_access_glsl = {
+static const struct { char facts[42];
+    char s0[419]; char end; } glbk__glsl_lib_csm_access_glsl = {
+    "lib/csm_access.glsl\0" "table csm_bindings" "\0" "" "\0"
+    "" "\0" "",
     "\n\n#define COHSM_TEXEL(i) texelFetch(glbk_csm_blocks, glbk_table_at(i), 0)\n"
     "#define COHSM_LIGHT_TEXEL(i) texelFetch(glbk_csm_lights, glbk_table_at(i), 0)\n"
     "#define COHSM_LOBE(i) COHSM_LIGHT_TEXEL(i)\n"
@@ -2600,7 +2627,10 @@ static const struct { char s0[419]; char end; } glbk__glsl_lib_csm_access_glsl =
     "#endif\n", 0
 };
 
-static const struct { char s0[646]; char end; } glbk__glsl_lib_csm_bindings_glsl = {
+static const struct { char facts[26];
+    char s0[646]; char end; } glbk__glsl_lib_csm_bindings_glsl = {
+    "lib/csm_bindings.glsl\0" "" "\0" "" "\0"
+    "" "\0" "",
     "\nuniform usampler2DArray glbk_csm_blocks,glbk_csm_lights,glbk_csm_instances,\n"
     "glbk_csm_questions;\n"
     "uniform usampler2D glbk_csm_place,glbk_csm_normal;\n"
@@ -2614,7 +2644,10 @@ static const struct { char s0[646]; char end; } glbk__glsl_lib_csm_bindings_glsl
     "#endif\n", 0
 };
 
-static const struct { char s0[1816]; char end; } glbk__glsl_lib_csm_compress_glsl = {
+static const struct { char facts[47];
+    char s0[1816]; char end; } glbk__glsl_lib_csm_compress_glsl = {
+    "lib/csm_compress.glsl\0" "csm_bindings csm_peel" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\n\nstruct csm_open{\n"
     "uint lo,\n"
     "hi;\n"
@@ -2682,7 +2715,10 @@ static const struct { char s0[1816]; char end; } glbk__glsl_lib_csm_compress_gls
     "}\n", 0
 };
 
-static const struct { char s0[247]; char end; } glbk__glsl_lib_csm_frame_glsl = {
+static const struct { char facts[37];
+    char s0[247]; char end; } glbk__glsl_lib_csm_frame_glsl = {
+    "lib/csm_frame.glsl\0" "" "\0" "" "\0"
+    "" "\0" "glbk_csm_frame",
     "\nlayout(std140)uniform glbk_csm_frame_block{\n"
     "uint light_texel,pattern_texel,sample_count,sampling,seed,roulette_seed,frame,\n"
     "first,end,plane_count,width,height;\n"
@@ -2693,7 +2729,10 @@ static const struct { char s0[247]; char end; } glbk__glsl_lib_csm_frame_glsl = 
     "}glbk_csm_frame;\n", 0
 };
 
-static const struct { char s0[498]; char end; } glbk__glsl_lib_csm_instances_glsl = {
+static const struct { char facts[47];
+    char s0[498]; char end; } glbk__glsl_lib_csm_instances_glsl = {
+    "lib/csm_instances.glsl\0" "csm_access csm_scene" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\n\n#ifdef CSM_INSTANCES\n"
     "#define COHSM_INSTANCE(table, i, k) glbk_csm_scene.instances[12u * min(i, uint(CSM_INSTANCES) - 1u) + k]\n"
     "#define COHSM_HEADER(i, k) COHSM_INSTANCE(0u, i, 4u + k)\n"
@@ -2710,7 +2749,10 @@ static const struct { char s0[498]; char end; } glbk__glsl_lib_csm_instances_gls
     "#endif\n", 0
 };
 
-static const struct { char s0[265]; char end; } glbk__glsl_lib_csm_pattern_glsl = {
+static const struct { char facts[56];
+    char s0[265]; char end; } glbk__glsl_lib_csm_pattern_glsl = {
+    "lib/csm_pattern.glsl\0" "csm_access cohsm_math csm_frame" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n#ifdef CSM_PATTERNS\n"
     "\nvec2 csm_pattern(uint at)\n"
     "{\n"
@@ -2721,7 +2763,10 @@ static const struct { char s0[265]; char end; } glbk__glsl_lib_csm_pattern_glsl 
     "#endif\n", 0
 };
 
-static const struct { char s0[208]; char end; } glbk__glsl_lib_csm_peel_glsl = {
+static const struct { char facts[35];
+    char s0[208]; char end; } glbk__glsl_lib_csm_peel_glsl = {
+    "lib/csm_peel.glsl\0" "" "\0" "" "\0"
+    "" "\0" "glbk_csm_peel",
     "\nlayout(std140)uniform glbk_csm_peel_block{\n"
     "mat4 view;\n"
     "float clip_per_pixel,depth_scale,open_thickness;\n"
@@ -2730,14 +2775,20 @@ static const struct { char s0[208]; char end; } glbk__glsl_lib_csm_peel_glsl = {
     "}glbk_csm_peel;\n", 0
 };
 
-static const struct { char s0[116]; char end; } glbk__glsl_lib_csm_scene_glsl = {
+static const struct { char facts[37];
+    char s0[116]; char end; } glbk__glsl_lib_csm_scene_glsl = {
+    "lib/csm_scene.glsl\0" "" "\0" "" "\0"
+    "" "\0" "glbk_csm_scene",
     "\nlayout(std140)uniform glbk_csm_scene_block{\n"
     "uint count,in_block,pad0,pad1;\n"
     "uvec4 instances[192];\n"
     "}glbk_csm_scene;\n", 0
 };
 
-static const struct { char s0[2251]; char end; } glbk__glsl_lib_csm_shade_glsl = {
+static const struct { char facts[85];
+    char s0[2251]; char end; } glbk__glsl_lib_csm_shade_glsl = {
+    "lib/csm_shade.glsl\0" "csm_pattern csm_instances cohsm_visible cohsm_estimate gbuffer" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\n\n\n#if !defined(CSM_SHAPE) || !defined(CSM_ASK) || !defined(CSM_FILTER)\n"
     "#error \"csm_shade: CSM_SHAPE, CSM_ASK, CSM_FILTER\"\n"
     "#endif\n"
@@ -2791,14 +2842,20 @@ static const struct { char s0[2251]; char end; } glbk__glsl_lib_csm_shade_glsl =
     "}\n", 0
 };
 
-static const struct { char s0[165]; char end; } glbk__glsl_lib_csm_visible_glsl = {
+static const struct { char facts[52];
+    char s0[165]; char end; } glbk__glsl_lib_csm_visible_glsl = {
+    "lib/csm_visible.glsl\0" "csm_instances cohsm_visible" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\n\nfloat csm_visible(uint entity,const cohsm_query query,vec3 point,vec3 light)\n"
     "{\n"
     "return cohsm_visible_scene(0u,glbk_csm_scene.count,entity,query,point,light);\n"
     "}\n", 0
 };
 
-static const struct { char s0[550]; char end; } glbk__glsl_prog_csm_compress_comp = {
+static const struct { char facts[39];
+    char s0[550]; char end; } glbk__glsl_prog_csm_compress_comp = {
+    "prog/csm_compress.comp\0" "csm_compress" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\nlayout(local_size_x=8,local_size_y=8)in;\n"
     "\nvoid main()\n"
     "{\n"
@@ -2815,7 +2872,10 @@ static const struct { char s0[550]; char end; } glbk__glsl_prog_csm_compress_com
     "}\n", 0
 };
 
-static const struct { char s0[502]; char end; } glbk__glsl_prog_csm_compress_frag = {
+static const struct { char facts[39];
+    char s0[502]; char end; } glbk__glsl_prog_csm_compress_frag = {
+    "prog/csm_compress.frag\0" "csm_compress" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\nlayout(location=0)out uvec4 open_now;\n"
     "layout(location=1)out uvec4 records0;\n"
     "layout(location=2)out uvec4 records1;\n"
@@ -2833,7 +2893,10 @@ static const struct { char s0[502]; char end; } glbk__glsl_prog_csm_compress_fra
     "}\n", 0
 };
 
-static const struct { char s0[412]; char end; } glbk__glsl_prog_csm_peel_frag = {
+static const struct { char facts[109];
+    char s0[412]; char end; } glbk__glsl_prog_csm_peel_frag = {
+    "prog/csm_peel.frag\0" "csm_bindings mesh_fragment" "\0" "csm_peel.vert" "\0"
+    "CSM_FIRST=1 GLBK_PLACE | CSM_FIRST=0 GLBK_PLACE" "\0" "",
     "\n\n\n\n\n#ifndef CSM_FIRST\n"
     "#define CSM_FIRST 1\n"
     "#endif\n"
@@ -2854,7 +2917,10 @@ static const struct { char s0[412]; char end; } glbk__glsl_prog_csm_peel_frag = 
     "}\n", 0
 };
 
-static const struct { char s0[309]; char end; } glbk__glsl_prog_csm_peel_vert = {
+static const struct { char facts[66];
+    char s0[309]; char end; } glbk__glsl_prog_csm_peel_vert = {
+    "prog/csm_peel.vert\0" "csm_bindings mesh_vertex csm_peel" "\0" "" "\0"
+    "GLBK_PLACE" "\0" "",
     "\n\n\n\ninvariant gl_Position;\n"
     "invariant out float csm_depth;\n"
     "\nvoid main()\n"
@@ -2866,7 +2932,10 @@ static const struct { char s0[309]; char end; } glbk__glsl_prog_csm_peel_vert = 
     "}\n", 0
 };
 
-static const struct { char s0[430]; char end; } glbk__glsl_prog_csm_query_comp = {
+static const struct { char facts[408];
+    char s0[430]; char end; } glbk__glsl_prog_csm_query_comp = {
+    "prog/csm_query.comp\0" "csm_visible csm_frame" "\0" "" "\0"
+    "CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=1 CSM_INSTANCES=1 | CSM_ASK=1 CSM_FILTER=2 | CSM_ASK=2 CSM_FILTER=1 | CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=2 CSM_INSTANCES=1 | CSM_ASK=0 CSM_FILTER=1 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=1 CSM_INSTANCES=1 | CSM_ASK=0 CSM_FILTER=1 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=2 CSM_INSTANCES=1" "\0" "",
     "\n\n\n\n\n\n\nlayout(local_size_x=64)in;\n"
     "\nvoid main()\n"
     "{\n"
@@ -2879,7 +2948,10 @@ static const struct { char s0[430]; char end; } glbk__glsl_prog_csm_query_comp =
     "}\n", 0
 };
 
-static const struct { char s0[566]; char end; } glbk__glsl_prog_csm_query_frag = {
+static const struct { char facts[408];
+    char s0[566]; char end; } glbk__glsl_prog_csm_query_frag = {
+    "prog/csm_query.frag\0" "csm_visible csm_frame" "\0" "" "\0"
+    "CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=1 CSM_INSTANCES=1 | CSM_ASK=1 CSM_FILTER=2 | CSM_ASK=2 CSM_FILTER=1 | CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=2 CSM_INSTANCES=1 | CSM_ASK=0 CSM_FILTER=1 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=1 CSM_INSTANCES=1 | CSM_ASK=0 CSM_FILTER=1 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=2 CSM_INSTANCES=1" "\0" "",
     "\n\n\n\n\n\n\n\n\nlayout(location=0)out uvec4 result;\n"
     "\nvoid main()\n"
     "{\n"
@@ -2895,7 +2967,10 @@ static const struct { char s0[566]; char end; } glbk__glsl_prog_csm_query_frag =
     "}\n", 0
 };
 
-static const struct { char s0[424]; char end; } glbk__glsl_prog_csm_resolve_frag = {
+static const struct { char facts[56];
+    char s0[424]; char end; } glbk__glsl_prog_csm_resolve_frag = {
+    "prog/csm_resolve.frag\0" "csm_bindings picture csm_frame" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\nlayout(location=0)out vec4 result;\n"
     "\nvoid main()\n"
     "{\n"
@@ -2912,7 +2987,10 @@ static const struct { char s0[424]; char end; } glbk__glsl_prog_csm_resolve_frag
     "}\n", 0
 };
 
-static const struct { char s0[410]; char end; } glbk__glsl_prog_csm_shade_comp = {
+static const struct { char facts[187];
+    char s0[410]; char end; } glbk__glsl_prog_csm_shade_comp = {
+    "prog/csm_shade.comp\0" "csm_shade" "\0" "" "\0"
+    "CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=2 CSM_INSTANCES=1 | CSM_SHAPE=6 CSM_ASK=2 CSM_FILTER=2 COHSM_LOBES=8 CSM_PATTERNS=1" "\0" "",
     "\n\n\n\nlayout(local_size_x=8,local_size_y=8)in;\n"
     "\nvoid main()\n"
     "{\n"
@@ -2926,7 +3004,10 @@ static const struct { char s0[410]; char end; } glbk__glsl_prog_csm_shade_comp =
     "}\n", 0
 };
 
-static const struct { char s0[307]; char end; } glbk__glsl_prog_csm_shade_frag = {
+static const struct { char facts[187];
+    char s0[307]; char end; } glbk__glsl_prog_csm_shade_frag = {
+    "prog/csm_shade.frag\0" "csm_shade" "\0" "" "\0"
+    "CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=2 CSM_INSTANCES=1 | CSM_SHAPE=6 CSM_ASK=2 CSM_FILTER=2 COHSM_LOBES=8 CSM_PATTERNS=1" "\0" "",
     "\n\n\n\n\nlayout(location=0)out glbk_color result;\n"
     "\nvoid main()\n"
     "{\n"
@@ -2939,87 +3020,33 @@ static const struct { char s0[307]; char end; } glbk__glsl_prog_csm_shade_frag =
 };
 
 static const glbk_file glbk__csm_files[] = {
-    { "lib/cohsm_brdf.glsl\0" "cohsm_math" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_cohsm_brdf_glsl },
-    { "lib/cohsm_estimate.glsl\0" "cohsm_random cohsm_brdf cohsm_light" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_cohsm_estimate_glsl },
-    { "lib/cohsm_light.glsl\0" "cohsm_math cohsm_octa" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_cohsm_light_glsl },
-    { "lib/cohsm_lookup.glsl\0" "" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_cohsm_lookup_glsl },
-    { "lib/cohsm_math.glsl\0" "" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__csm_files_lib_cohsm_math_glsl },
-    { "lib/cohsm_octa.glsl\0" "cohsm_math" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_cohsm_octa_glsl },
-    { "lib/cohsm_random.glsl\0" "" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_cohsm_random_glsl },
-    { "lib/cohsm_visible.glsl\0" "cohsm_math cohsm_octa cohsm_random cohsm_lookup" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_cohsm_visible_glsl },
-    { "lib/csm_access.glsl\0" "table csm_bindings" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_csm_access_glsl },
-    { "lib/csm_bindings.glsl\0" "" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_csm_bindings_glsl },
-    { "lib/csm_compress.glsl\0" "csm_bindings csm_peel" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_csm_compress_glsl },
-    { "lib/csm_frame.glsl\0" "" "\0" "" "\0"
-      "" "\0" "glbk_csm_frame",
-      (const char *)&glbk__glsl_lib_csm_frame_glsl },
-    { "lib/csm_instances.glsl\0" "csm_access csm_scene" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_csm_instances_glsl },
-    { "lib/csm_pattern.glsl\0" "csm_access cohsm_math csm_frame" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_csm_pattern_glsl },
-    { "lib/csm_peel.glsl\0" "" "\0" "" "\0"
-      "" "\0" "glbk_csm_peel",
-      (const char *)&glbk__glsl_lib_csm_peel_glsl },
-    { "lib/csm_scene.glsl\0" "" "\0" "" "\0"
-      "" "\0" "glbk_csm_scene",
-      (const char *)&glbk__glsl_lib_csm_scene_glsl },
-    { "lib/csm_shade.glsl\0" "csm_pattern csm_instances cohsm_visible cohsm_estimate gbuffer" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_csm_shade_glsl },
-    { "lib/csm_visible.glsl\0" "csm_instances cohsm_visible" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_csm_visible_glsl },
-    { "prog/csm_compress.comp\0" "csm_compress" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_prog_csm_compress_comp },
-    { "prog/csm_compress.frag\0" "csm_compress" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_prog_csm_compress_frag },
-    { "prog/csm_peel.frag\0" "csm_bindings mesh_fragment" "\0" "csm_peel.vert" "\0"
-      "CSM_FIRST=1 GLBK_PLACE | CSM_FIRST=0 GLBK_PLACE" "\0" "",
-      (const char *)&glbk__glsl_prog_csm_peel_frag },
-    { "prog/csm_peel.vert\0" "csm_bindings mesh_vertex csm_peel" "\0" "" "\0"
-      "GLBK_PLACE" "\0" "",
-      (const char *)&glbk__glsl_prog_csm_peel_vert },
-    { "prog/csm_query.comp\0" "csm_visible csm_frame" "\0" "" "\0"
-      "CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=1 CSM_INSTANCES=1 | CSM_ASK=1 CSM_FILTER=2 | CSM_ASK=2 CSM_FILTER=1 | CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=2 CSM_INSTANCES=1 | CSM_ASK=0 CSM_FILTER=1 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=1 CSM_INSTANCES=1 | CSM_ASK=0 CSM_FILTER=1 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=2 CSM_INSTANCES=1" "\0" "",
-      (const char *)&glbk__glsl_prog_csm_query_comp },
-    { "prog/csm_query.frag\0" "csm_visible csm_frame" "\0" "" "\0"
-      "CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=1 CSM_INSTANCES=1 | CSM_ASK=1 CSM_FILTER=2 | CSM_ASK=2 CSM_FILTER=1 | CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=2 CSM_INSTANCES=1 | CSM_ASK=0 CSM_FILTER=1 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=1 CSM_INSTANCES=1 | CSM_ASK=0 CSM_FILTER=1 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=2 CSM_INSTANCES=1" "\0" "",
-      (const char *)&glbk__glsl_prog_csm_query_frag },
-    { "prog/csm_resolve.frag\0" "csm_bindings picture csm_frame" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_prog_csm_resolve_frag },
-    { "prog/csm_shade.comp\0" "csm_shade" "\0" "" "\0"
-      "CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=2 CSM_INSTANCES=1 | CSM_SHAPE=6 CSM_ASK=2 CSM_FILTER=2 COHSM_LOBES=8 CSM_PATTERNS=1" "\0" "",
-      (const char *)&glbk__glsl_prog_csm_shade_comp },
-    { "prog/csm_shade.frag\0" "csm_shade" "\0" "" "\0"
-      "CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=2 CSM_INSTANCES=1 | CSM_SHAPE=6 CSM_ASK=2 CSM_FILTER=2 COHSM_LOBES=8 CSM_PATTERNS=1" "\0" "",
-      (const char *)&glbk__glsl_prog_csm_shade_frag }
+    { (const char *)&glbk__glsl_lib_cohsm_brdf_glsl },
+    { (const char *)&glbk__glsl_lib_cohsm_estimate_glsl },
+    { (const char *)&glbk__glsl_lib_cohsm_light_glsl },
+    { (const char *)&glbk__glsl_lib_cohsm_lookup_glsl },
+    { (const char *)&glbk__csm_files_lib_cohsm_math_glsl },
+    { (const char *)&glbk__glsl_lib_cohsm_octa_glsl },
+    { (const char *)&glbk__glsl_lib_cohsm_random_glsl },
+    { (const char *)&glbk__glsl_lib_cohsm_visible_glsl },
+    { (const char *)&glbk__glsl_lib_csm_access_glsl },
+    { (const char *)&glbk__glsl_lib_csm_bindings_glsl },
+    { (const char *)&glbk__glsl_lib_csm_compress_glsl },
+    { (const char *)&glbk__glsl_lib_csm_frame_glsl },
+    { (const char *)&glbk__glsl_lib_csm_instances_glsl },
+    { (const char *)&glbk__glsl_lib_csm_pattern_glsl },
+    { (const char *)&glbk__glsl_lib_csm_peel_glsl },
+    { (const char *)&glbk__glsl_lib_csm_scene_glsl },
+    { (const char *)&glbk__glsl_lib_csm_shade_glsl },
+    { (const char *)&glbk__glsl_lib_csm_visible_glsl },
+    { (const char *)&glbk__glsl_prog_csm_compress_comp },
+    { (const char *)&glbk__glsl_prog_csm_compress_frag },
+    { (const char *)&glbk__glsl_prog_csm_peel_frag },
+    { (const char *)&glbk__glsl_prog_csm_peel_vert },
+    { (const char *)&glbk__glsl_prog_csm_query_comp },
+    { (const char *)&glbk__glsl_prog_csm_query_frag },
+    { (const char *)&glbk__glsl_prog_csm_resolve_frag },
+    { (const char *)&glbk__glsl_prog_csm_shade_comp },
+    { (const char *)&glbk__glsl_prog_csm_shade_frag }
 };
 
 

@@ -474,7 +474,10 @@ static inline glbk_envsh__allocator glbk_envsh__memory(const glbk_context *ctx)
 /* ==== GLSL of src/gl_envshadow ==== */
 
 
-static const struct { char s0[1094]; char end; } glbk__glsl_lib_envsh_access_glsl = {
+static const struct { char facts[58];
+    char s0[1094]; char end; } glbk__glsl_lib_envsh_access_glsl = {
+    "lib/envsh_access.glsl\0" "table envsh_bindings envsh_scene" "\0" "" "\0"
+    "" "\0" "",
     "\n\n#ifndef ENVSH_RGBA\n"
     "#error \"ENVSH_RGBA: 1 where four maps share a texel (glbk_envsh_maps_desc.rgba), else 0\"\n"
     "#endif\n"
@@ -502,7 +505,10 @@ static const struct { char s0[1094]; char end; } glbk__glsl_lib_envsh_access_gls
     "}\n", 0
 };
 
-static const struct { char s0[261]; char end; } glbk__glsl_lib_envsh_bindings_glsl = {
+static const struct { char facts[28];
+    char s0[261]; char end; } glbk__glsl_lib_envsh_bindings_glsl = {
+    "lib/envsh_bindings.glsl\0" "" "\0" "" "\0"
+    "" "\0" "",
     "\nuniform sampler2DArray glbk_envsh_depth;\n"
     "uniform usampler2DArray glbk_envsh_depth4,glbk_envsh_cells,glbk_envsh_views;\n"
     "uniform glbk_color_sampler glbk_envsh_sum;\n"
@@ -511,7 +517,10 @@ static const struct { char s0[261]; char end; } glbk__glsl_lib_envsh_bindings_gl
     "#endif\n", 0
 };
 
-static const struct { char s0[1995]; char end; } glbk__glsl_lib_envsh_cast_glsl = {
+static const struct { char facts[69];
+    char s0[1995]; char end; } glbk__glsl_lib_envsh_cast_glsl = {
+    "lib/envsh_cast.glsl\0" "table envsh_bindings envsh_object envsh_scene" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\n\n#ifndef ENVSH_RGBA\n"
     "#error \"ENVSH_RGBA: 1 where four maps share a texel (glbk_envsh_maps_desc.rgba), else 0\"\n"
     "#endif\n"
@@ -560,7 +569,10 @@ static const struct { char s0[1995]; char end; } glbk__glsl_lib_envsh_cast_glsl 
     "#endif\n", 0
 };
 
-static const struct { char s0[299]; char end; } glbk__glsl_lib_envsh_chunk_glsl = {
+static const struct { char facts[45];
+    char s0[299]; char end; } glbk__glsl_lib_envsh_chunk_glsl = {
+    "lib/envsh_chunk.glsl\0" "table envsh_bindings" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\n\n\n#define ENVSH_TEXEL(i) envsh_chunk[((i) & 504u) | (((i) ^ ((i) >> 3)) & 7u)]\n"
     "shared uvec4 envsh_chunk[512];\n"
     "\n\nvoid envsh_load_chunk(uint from,uint to)\n"
@@ -570,12 +582,18 @@ static const struct { char s0[299]; char end; } glbk__glsl_lib_envsh_chunk_glsl 
     "}\n", 0
 };
 
-static const struct { char s0[151]; char end; } glbk__glsl_lib_envsh_disc_glsl = {
+static const struct { char facts[50];
+    char s0[151]; char end; } glbk__glsl_lib_envsh_disc_glsl = {
+    "lib/envsh_disc.glsl\0" "envsh_bindings envsh_query" "\0" "" "\0"
+    "" "\0" "",
     "\n\n#define ENVSH_DISC_PAIR(i) glbk_envsh_query.disc[(i) >> 1]\n"
     "#define ENVSH_DISC(i) (((i) & 1u) != 0u ? ENVSH_DISC_PAIR(i).zw : ENVSH_DISC_PAIR(i).xy)\n", 0
 };
 
-static const struct { char s0[1563]; char end; } glbk__glsl_lib_envsh_group_glsl = {
+static const struct { char facts[38];
+    char s0[1563]; char end; } glbk__glsl_lib_envsh_group_glsl = {
+    "lib/envsh_group.glsl\0" "envsh_visible" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\nstruct envsh_group{\n"
     "vec3 low,high;\n"
     "vec3 n_low,n_high;\n"
@@ -618,7 +636,10 @@ static const struct { char s0[1563]; char end; } glbk__glsl_lib_envsh_group_glsl
     "}\n", 0
 };
 
-static const struct { char s0[478]; char end; } glbk__glsl_lib_envsh_light_glsl = {
+static const struct { char facts[62];
+    char s0[478]; char end; } glbk__glsl_lib_envsh_light_glsl = {
+    "lib/envsh_light.glsl\0" "envsh_access envsh_disc envsh_visible" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\n\nenvsh_query envsh_bound_query()\n"
     "{\n"
     "envsh_query q;\n"
@@ -637,14 +658,20 @@ static const struct { char s0[478]; char end; } glbk__glsl_lib_envsh_light_glsl 
     "}\n", 0
 };
 
-static const struct { char s0[154]; char end; } glbk__glsl_lib_envsh_object_glsl = {
+static const struct { char facts[43];
+    char s0[154]; char end; } glbk__glsl_lib_envsh_object_glsl = {
+    "lib/envsh_object.glsl\0" "" "\0" "" "\0"
+    "" "\0" "glbk_envsh_object",
     "\nlayout(std140)uniform glbk_envsh_object_block{\n"
     "mat4 transform;\n"
     "uint first_light,light_step,level,layer,lit,unused0,unused1,unused2;\n"
     "}glbk_envsh_object;\n", 0
 };
 
-static const struct { char s0[157]; char end; } glbk__glsl_lib_envsh_query_glsl = {
+static const struct { char facts[41];
+    char s0[157]; char end; } glbk__glsl_lib_envsh_query_glsl = {
+    "lib/envsh_query.glsl\0" "" "\0" "" "\0"
+    "" "\0" "glbk_envsh_query",
     "\nlayout(std140)uniform glbk_envsh_query_block{\n"
     "float radius,bias,extent_scale;\n"
     "uint taps,seed,first_light,end_light,adds;\n"
@@ -652,14 +679,20 @@ static const struct { char s0[157]; char end; } glbk__glsl_lib_envsh_query_glsl 
     "}glbk_envsh_query;\n", 0
 };
 
-static const struct { char s0[180]; char end; } glbk__glsl_lib_envsh_scene_glsl = {
+static const struct { char facts[41];
+    char s0[180]; char end; } glbk__glsl_lib_envsh_scene_glsl = {
+    "lib/envsh_scene.glsl\0" "" "\0" "" "\0"
+    "" "\0" "glbk_envsh_scene",
     "\nlayout(std140)uniform glbk_envsh_scene_block{\n"
     "uint map_side,guard,cells_side,level_count,light_count;\n"
     "float clip_per_inside,clip_per_texel_x,clip_per_texel_y;\n"
     "}glbk_envsh_scene;\n", 0
 };
 
-static const struct { char s0[3963]; char s1[2895]; char end; } glbk__glsl_lib_envsh_visible_glsl = {
+static const struct { char facts[27];
+    char s0[3963]; char s1[2895]; char end; } glbk__glsl_lib_envsh_visible_glsl = {
+    "lib/envsh_visible.glsl\0" "" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\n\n\n\n\n#if !(defined ENVSH_FILTER && defined ENVSH_TEXEL && defined ENVSH_STORED)\n"
     "#error \"envsh_visible: define ENVSH_FILTER, ENVSH_TEXEL and ENVSH_STORED\"\n"
     "#endif\n"
@@ -881,7 +914,10 @@ static const struct { char s0[3963]; char s1[2895]; char end; } glbk__glsl_lib_e
     "}\n", 0
 };
 
-static const struct { char s0[158]; char end; } glbk__glsl_prog_envsh_cast_frag = {
+static const struct { char facts[113];
+    char s0[158]; char end; } glbk__glsl_prog_envsh_cast_frag = {
+    "prog/envsh_cast.frag\0" "envsh_cast mesh_fragment" "\0" "envsh_cast.vert" "\0"
+    "ENVSH_RGBA=0 GLBK_PLACE | ENVSH_RGBA=1 GLBK_PLACE" "\0" "",
     "\n\n\n\nin float envsh_depth;\n"
     "#if ENVSH_RGBA\n"
     "layout(location=0)out uvec4 envsh_bits;\n"
@@ -893,7 +929,10 @@ static const struct { char s0[158]; char end; } glbk__glsl_prog_envsh_cast_frag 
     "}\n", 0
 };
 
-static const struct { char s0[119]; char end; } glbk__glsl_prog_envsh_cast_vert = {
+static const struct { char facts[96];
+    char s0[119]; char end; } glbk__glsl_prog_envsh_cast_vert = {
+    "prog/envsh_cast.vert\0" "envsh_cast mesh_vertex" "\0" "" "\0"
+    "ENVSH_RGBA=0 GLBK_PLACE | ENVSH_RGBA=1 GLBK_PLACE" "\0" "",
     "\n\n\nout float envsh_depth;\n"
     "\nvoid main()\n"
     "{\n"
@@ -901,7 +940,10 @@ static const struct { char s0[119]; char end; } glbk__glsl_prog_envsh_cast_vert 
     "}\n", 0
 };
 
-static const struct { char s0[808]; char end; } glbk__glsl_prog_envsh_cells_frag = {
+static const struct { char facts[78];
+    char s0[808]; char end; } glbk__glsl_prog_envsh_cells_frag = {
+    "prog/envsh_cells.frag\0" "envsh_access envsh_object" "\0" "" "\0"
+    "ENVSH_RGBA=0 | ENVSH_RGBA=1" "\0" "",
     "\n\n\n\n\nlayout(location=0)out uvec4 result;\n"
     "\nvoid main()\n"
     "{\n"
@@ -928,7 +970,10 @@ static const struct { char s0[808]; char end; } glbk__glsl_prog_envsh_cells_frag
     "}\n", 0
 };
 
-static const struct { char s0[355]; char end; } glbk__glsl_prog_envsh_resolve_frag = {
+static const struct { char facts[71];
+    char s0[355]; char end; } glbk__glsl_prog_envsh_resolve_frag = {
+    "prog/envsh_resolve.frag\0" "envsh_bindings gbuffer picture envsh_object" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\nlayout(location=0)out vec4 result;\n"
     "\nvoid main()\n"
     "{\n"
@@ -942,7 +987,10 @@ static const struct { char s0[355]; char end; } glbk__glsl_prog_envsh_resolve_fr
     "}\n", 0
 };
 
-static const struct { char s0[2582]; char end; } glbk__glsl_prog_envsh_shade_comp = {
+static const struct { char facts[186];
+    char s0[2582]; char end; } glbk__glsl_prog_envsh_shade_comp = {
+    "prog/envsh_shade.comp\0" "envsh_chunk envsh_light envsh_group gbuffer" "\0" "" "\0"
+    "ENVSH_FILTER=1 ENVSH_RGBA=0 | ENVSH_FILTER=2 ENVSH_RGBA=1 | ENVSH_FILTER=3 ENVSH_RGBA=0 | ENVSH_FILTER=4 ENVSH_RGBA=1" "\0" "",
     "\n\n\n\n\n\n\nlayout(local_size_x=8,local_size_y=8)in;\n"
     "\nshared uint envsh_all_lit[2],envsh_asked[2];\n"
     "\nstruct envsh_pixel{bool seen;vec3 p,n,flat_n;};\n"
@@ -1014,7 +1062,10 @@ static const struct { char s0[2582]; char end; } glbk__glsl_prog_envsh_shade_com
     "}\n", 0
 };
 
-static const struct { char s0[489]; char end; } glbk__glsl_prog_envsh_shade_frag = {
+static const struct { char facts[162];
+    char s0[489]; char end; } glbk__glsl_prog_envsh_shade_frag = {
+    "prog/envsh_shade.frag\0" "envsh_light gbuffer" "\0" "" "\0"
+    "ENVSH_FILTER=1 ENVSH_RGBA=0 | ENVSH_FILTER=2 ENVSH_RGBA=1 | ENVSH_FILTER=3 ENVSH_RGBA=0 | ENVSH_FILTER=4 ENVSH_RGBA=1" "\0" "",
     "\n\n\n\n\nlayout(location=0)out glbk_color result;\n"
     "\nvoid main()\n"
     "{\n"
@@ -1032,57 +1083,23 @@ static const struct { char s0[489]; char end; } glbk__glsl_prog_envsh_shade_frag
 };
 
 static const glbk_file glbk__envsh_files[] = {
-    { "lib/envsh_access.glsl\0" "table envsh_bindings envsh_scene" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_envsh_access_glsl },
-    { "lib/envsh_bindings.glsl\0" "" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_envsh_bindings_glsl },
-    { "lib/envsh_cast.glsl\0" "table envsh_bindings envsh_object envsh_scene" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_envsh_cast_glsl },
-    { "lib/envsh_chunk.glsl\0" "table envsh_bindings" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_envsh_chunk_glsl },
-    { "lib/envsh_disc.glsl\0" "envsh_bindings envsh_query" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_envsh_disc_glsl },
-    { "lib/envsh_group.glsl\0" "envsh_visible" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_envsh_group_glsl },
-    { "lib/envsh_light.glsl\0" "envsh_access envsh_disc envsh_visible" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_envsh_light_glsl },
-    { "lib/envsh_object.glsl\0" "" "\0" "" "\0"
-      "" "\0" "glbk_envsh_object",
-      (const char *)&glbk__glsl_lib_envsh_object_glsl },
-    { "lib/envsh_query.glsl\0" "" "\0" "" "\0"
-      "" "\0" "glbk_envsh_query",
-      (const char *)&glbk__glsl_lib_envsh_query_glsl },
-    { "lib/envsh_scene.glsl\0" "" "\0" "" "\0"
-      "" "\0" "glbk_envsh_scene",
-      (const char *)&glbk__glsl_lib_envsh_scene_glsl },
-    { "lib/envsh_visible.glsl\0" "" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_envsh_visible_glsl },
-    { "prog/envsh_cast.frag\0" "envsh_cast mesh_fragment" "\0" "envsh_cast.vert" "\0"
-      "ENVSH_RGBA=0 GLBK_PLACE | ENVSH_RGBA=1 GLBK_PLACE" "\0" "",
-      (const char *)&glbk__glsl_prog_envsh_cast_frag },
-    { "prog/envsh_cast.vert\0" "envsh_cast mesh_vertex" "\0" "" "\0"
-      "ENVSH_RGBA=0 GLBK_PLACE | ENVSH_RGBA=1 GLBK_PLACE" "\0" "",
-      (const char *)&glbk__glsl_prog_envsh_cast_vert },
-    { "prog/envsh_cells.frag\0" "envsh_access envsh_object" "\0" "" "\0"
-      "ENVSH_RGBA=0 | ENVSH_RGBA=1" "\0" "",
-      (const char *)&glbk__glsl_prog_envsh_cells_frag },
-    { "prog/envsh_resolve.frag\0" "envsh_bindings gbuffer picture envsh_object" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_prog_envsh_resolve_frag },
-    { "prog/envsh_shade.comp\0" "envsh_chunk envsh_light envsh_group gbuffer" "\0" "" "\0"
-      "ENVSH_FILTER=1 ENVSH_RGBA=0 | ENVSH_FILTER=2 ENVSH_RGBA=1 | ENVSH_FILTER=3 ENVSH_RGBA=0 | ENVSH_FILTER=4 ENVSH_RGBA=1" "\0" "",
-      (const char *)&glbk__glsl_prog_envsh_shade_comp },
-    { "prog/envsh_shade.frag\0" "envsh_light gbuffer" "\0" "" "\0"
-      "ENVSH_FILTER=1 ENVSH_RGBA=0 | ENVSH_FILTER=2 ENVSH_RGBA=1 | ENVSH_FILTER=3 ENVSH_RGBA=0 | ENVSH_FILTER=4 ENVSH_RGBA=1" "\0" "",
-      (const char *)&glbk__glsl_prog_envsh_shade_frag }
+    { (const char *)&glbk__glsl_lib_envsh_access_glsl },
+    { (const char *)&glbk__glsl_lib_envsh_bindings_glsl },
+    { (const char *)&glbk__glsl_lib_envsh_cast_glsl },
+    { (const char *)&glbk__glsl_lib_envsh_chunk_glsl },
+    { (const char *)&glbk__glsl_lib_envsh_disc_glsl },
+    { (const char *)&glbk__glsl_lib_envsh_group_glsl },
+    { (const char *)&glbk__glsl_lib_envsh_light_glsl },
+    { (const char *)&glbk__glsl_lib_envsh_object_glsl },
+    { (const char *)&glbk__glsl_lib_envsh_query_glsl },
+    { (const char *)&glbk__glsl_lib_envsh_scene_glsl },
+    { (const char *)&glbk__glsl_lib_envsh_visible_glsl },
+    { (const char *)&glbk__glsl_prog_envsh_cast_frag },
+    { (const char *)&glbk__glsl_prog_envsh_cast_vert },
+    { (const char *)&glbk__glsl_prog_envsh_cells_frag },
+    { (const char *)&glbk__glsl_prog_envsh_resolve_frag },
+    { (const char *)&glbk__glsl_prog_envsh_shade_comp },
+    { (const char *)&glbk__glsl_prog_envsh_shade_frag }
 };
 
 

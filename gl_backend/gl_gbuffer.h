@@ -630,7 +630,10 @@ static inline glbk_gbuf__allocator glbk_gbuf__memory(const glbk_context *ctx)
 /* ==== GLSL of src/gl_gbuffer ==== */
 
 
-static const struct { char s0[890]; char end; } glbk__glsl_lib_gbuffer_glsl = {
+static const struct { char facts[50];
+    char s0[890]; char end; } glbk__glsl_lib_gbuffer_glsl = {
+    "lib/gbuffer.glsl\0" "gbuffer_bindings gbuffer_pack" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\n\n\nbool glbk_read_point(ivec2 at,out glbk_point p)\n"
     "{\n"
     "uvec4 place=texelFetch(glbk_gbuffer_place,at,0),normal=texelFetch(glbk_gbuffer_normal,at,0);\n"
@@ -656,7 +659,10 @@ static const struct { char s0[890]; char end; } glbk__glsl_lib_gbuffer_glsl = {
     "}\n", 0
 };
 
-static const struct { char s0[343]; char end; } glbk__glsl_lib_gbuffer_bindings_glsl = {
+static const struct { char facts[30];
+    char s0[343]; char end; } glbk__glsl_lib_gbuffer_bindings_glsl = {
+    "lib/gbuffer_bindings.glsl\0" "" "\0" "" "\0"
+    "" "\0" "",
     "\nuniform usampler2D glbk_gbuffer_place,glbk_gbuffer_normal,glbk_gbuffer_color,\n"
     "glbk_gbuffer_gloss;\n"
     "uniform sampler2D glbk_gbuffer_color_map,glbk_gbuffer_gloss_map,glbk_gbuffer_normal_map,\n"
@@ -665,7 +671,10 @@ static const struct { char s0[343]; char end; } glbk__glsl_lib_gbuffer_bindings_
     "uniform usampler2D glbk_gbuffer_entity_in;\n", 0
 };
 
-static const struct { char s0[210]; char end; } glbk__glsl_lib_gbuffer_drawn_glsl = {
+static const struct { char facts[45];
+    char s0[210]; char end; } glbk__glsl_lib_gbuffer_drawn_glsl = {
+    "lib/gbuffer_drawn.glsl\0" "" "\0" "" "\0"
+    "" "\0" "glbk_gbuffer_drawn",
     "\nlayout(std140)uniform glbk_gbuffer_drawn_block{\n"
     "mat4 transform,clip;\n"
     "vec4 eye,diffuse,gloss;\n"
@@ -676,7 +685,10 @@ static const struct { char s0[210]; char end; } glbk__glsl_lib_gbuffer_drawn_gls
     "}glbk_gbuffer_drawn;\n", 0
 };
 
-static const struct { char s0[269]; char end; } glbk__glsl_lib_gbuffer_imported_glsl = {
+static const struct { char facts[51];
+    char s0[269]; char end; } glbk__glsl_lib_gbuffer_imported_glsl = {
+    "lib/gbuffer_imported.glsl\0" "" "\0" "" "\0"
+    "" "\0" "glbk_gbuffer_imported",
     "\nlayout(std140)uniform glbk_gbuffer_imported_block{\n"
     "mat4 from_clip,to_clip,to_world;\n"
     "vec4 eye,diffuse,gloss;\n"
@@ -687,7 +699,10 @@ static const struct { char s0[269]; char end; } glbk__glsl_lib_gbuffer_imported_
     "}glbk_gbuffer_imported;\n", 0
 };
 
-static const struct { char s0[999]; char end; } glbk__glsl_lib_gbuffer_pack_glsl = {
+static const struct { char facts[26];
+    char s0[999]; char end; } glbk__glsl_lib_gbuffer_pack_glsl = {
+    "lib/gbuffer_pack.glsl\0" "" "\0" "" "\0"
+    "" "\0" "",
     "\n#define GLBK_LAMBERT 1u\n"
     "#define GLBK_PHONG 2u\n"
     "#define GLBK_LAFORTUNE 3u\n"
@@ -735,7 +750,10 @@ static const struct { char s0[999]; char end; } glbk__glsl_lib_gbuffer_pack_glsl
     "}\n", 0
 };
 
-static const struct { char s0[971]; char end; } glbk__glsl_lib_gbuffer_write_glsl = {
+static const struct { char facts[39];
+    char s0[971]; char end; } glbk__glsl_lib_gbuffer_write_glsl = {
+    "lib/gbuffer_write.glsl\0" "gbuffer_pack" "\0" "" "\0"
+    "" "\0" "",
     "\n\nlayout(location=0)out uvec4 glbk_out_place;\n"
     "layout(location=1)out uvec4 glbk_out_normal;\n"
     "layout(location=2)out uvec4 glbk_out_color;\n"
@@ -760,7 +778,10 @@ static const struct { char s0[971]; char end; } glbk__glsl_lib_gbuffer_write_gls
     "}\n", 0
 };
 
-static const struct { char s0[443]; char end; } glbk__glsl_lib_picture_glsl = {
+static const struct { char facts[26];
+    char s0[443]; char end; } glbk__glsl_lib_picture_glsl = {
+    "lib/picture.glsl\0" "shown" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\nivec2 glbk_picture_at(){return ivec2(gl_FragCoord.xy)-ivec2(glbk_shown.left,glbk_shown.bottom);}\n"
     "\n\nbool glbk_picture_asks(){return(glbk_shown.keep_empty|glbk_shown.has_depth)!=0u;}\n"
     "\n\n\nvoid glbk_picture_show(bool seen,vec3 p)\n"
@@ -772,14 +793,20 @@ static const struct { char s0[443]; char end; } glbk__glsl_lib_picture_glsl = {
     "}\n", 0
 };
 
-static const struct { char s0[108]; char end; } glbk__glsl_lib_shown_glsl = {
+static const struct { char facts[29];
+    char s0[108]; char end; } glbk__glsl_lib_shown_glsl = {
+    "lib/shown.glsl\0" "" "\0" "" "\0"
+    "" "\0" "glbk_shown",
     "\nlayout(std140)uniform glbk_shown_block{\n"
     "mat4 to_clip;\n"
     "uint left,bottom,keep_empty,has_depth;\n"
     "}glbk_shown;\n", 0
 };
 
-static const struct { char s0[1495]; char end; } glbk__glsl_prog_gbuffer_draw_frag = {
+static const struct { char facts[173];
+    char s0[1495]; char end; } glbk__glsl_prog_gbuffer_draw_frag = {
+    "prog/gbuffer_draw.frag\0" "gbuffer_bindings gbuffer_drawn gbuffer_write mesh_fragment" "\0" "gbuffer_draw.vert" "\0"
+    "| GBUFFER_POSITION=5 GBUFFER_NORMAL=-1 GBUFFER_UV=-1 GBUFFER_TANGENT=-1" "\0" "",
     "\n\n\n\nin vec3 glbk_place,glbk_facing;\n"
     "in vec2 glbk_uv;\n"
     "in vec4 glbk_along;\n"
@@ -821,7 +848,10 @@ static const struct { char s0[1495]; char end; } glbk__glsl_prog_gbuffer_draw_fr
     "}\n", 0
 };
 
-static const struct { char s0[497]; char end; } glbk__glsl_prog_gbuffer_draw_vert = {
+static const struct { char facts[52];
+    char s0[497]; char end; } glbk__glsl_prog_gbuffer_draw_vert = {
+    "prog/gbuffer_draw.vert\0" "gbuffer_drawn mesh_vertex" "\0" "" "\0"
+    "" "\0" "",
     "\n\ninvariant gl_Position;\n"
     "out vec3 glbk_place,glbk_facing;\n"
     "out vec2 glbk_uv;\n"
@@ -841,7 +871,10 @@ static const struct { char s0[497]; char end; } glbk__glsl_prog_gbuffer_draw_ver
     "}\n", 0
 };
 
-static const struct { char s0[3387]; char end; } glbk__glsl_prog_gbuffer_import_frag = {
+static const struct { char facts[109];
+    char s0[3387]; char end; } glbk__glsl_prog_gbuffer_import_frag = {
+    "prog/gbuffer_import.frag\0" "gbuffer_bindings gbuffer_imported gbuffer_write" "\0" "" "\0"
+    "GBUFFER_DEPTH=0 | GBUFFER_DEPTH=1" "\0" "",
     "\n\n\n\n#ifndef GBUFFER_DEPTH\n"
     "#define GBUFFER_DEPTH 0\n"
     "#endif\n"
@@ -936,39 +969,17 @@ static const struct { char s0[3387]; char end; } glbk__glsl_prog_gbuffer_import_
 };
 
 static const glbk_file glbk__gbuffer_files[] = {
-    { "lib/gbuffer.glsl\0" "gbuffer_bindings gbuffer_pack" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_gbuffer_glsl },
-    { "lib/gbuffer_bindings.glsl\0" "" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_gbuffer_bindings_glsl },
-    { "lib/gbuffer_drawn.glsl\0" "" "\0" "" "\0"
-      "" "\0" "glbk_gbuffer_drawn",
-      (const char *)&glbk__glsl_lib_gbuffer_drawn_glsl },
-    { "lib/gbuffer_imported.glsl\0" "" "\0" "" "\0"
-      "" "\0" "glbk_gbuffer_imported",
-      (const char *)&glbk__glsl_lib_gbuffer_imported_glsl },
-    { "lib/gbuffer_pack.glsl\0" "" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_gbuffer_pack_glsl },
-    { "lib/gbuffer_write.glsl\0" "gbuffer_pack" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_gbuffer_write_glsl },
-    { "lib/picture.glsl\0" "shown" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_picture_glsl },
-    { "lib/shown.glsl\0" "" "\0" "" "\0"
-      "" "\0" "glbk_shown",
-      (const char *)&glbk__glsl_lib_shown_glsl },
-    { "prog/gbuffer_draw.frag\0" "gbuffer_bindings gbuffer_drawn gbuffer_write mesh_fragment" "\0" "gbuffer_draw.vert" "\0"
-      "| GBUFFER_POSITION=5 GBUFFER_NORMAL=-1 GBUFFER_UV=-1 GBUFFER_TANGENT=-1" "\0" "",
-      (const char *)&glbk__glsl_prog_gbuffer_draw_frag },
-    { "prog/gbuffer_draw.vert\0" "gbuffer_drawn mesh_vertex" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_prog_gbuffer_draw_vert },
-    { "prog/gbuffer_import.frag\0" "gbuffer_bindings gbuffer_imported gbuffer_write" "\0" "" "\0"
-      "GBUFFER_DEPTH=0 | GBUFFER_DEPTH=1" "\0" "",
-      (const char *)&glbk__glsl_prog_gbuffer_import_frag }
+    { (const char *)&glbk__glsl_lib_gbuffer_glsl },
+    { (const char *)&glbk__glsl_lib_gbuffer_bindings_glsl },
+    { (const char *)&glbk__glsl_lib_gbuffer_drawn_glsl },
+    { (const char *)&glbk__glsl_lib_gbuffer_imported_glsl },
+    { (const char *)&glbk__glsl_lib_gbuffer_pack_glsl },
+    { (const char *)&glbk__glsl_lib_gbuffer_write_glsl },
+    { (const char *)&glbk__glsl_lib_picture_glsl },
+    { (const char *)&glbk__glsl_lib_shown_glsl },
+    { (const char *)&glbk__glsl_prog_gbuffer_draw_frag },
+    { (const char *)&glbk__glsl_prog_gbuffer_draw_vert },
+    { (const char *)&glbk__glsl_prog_gbuffer_import_frag }
 };
 
 
@@ -980,13 +991,12 @@ GLBK__PART_CODE(gbuffer, GBUFFER)
 
 /* The part as the techniques' own programs use it has only the files that read and those of pictures,
    so that a linker leaves out those that draw and import. */
-#define GLBK__GBUFFER_FILE(name, text, uses) { name "\0" uses "\0\0\0", (const char *)&text }
 static const glbk_file glbk__gbuffer_reads[] = {
-    GLBK__GBUFFER_FILE("lib/gbuffer.glsl", glbk__glsl_lib_gbuffer_glsl, "gbuffer_bindings gbuffer_pack"),
-    GLBK__GBUFFER_FILE("lib/gbuffer_bindings.glsl", glbk__glsl_lib_gbuffer_bindings_glsl, ""),
-    GLBK__GBUFFER_FILE("lib/gbuffer_pack.glsl", glbk__glsl_lib_gbuffer_pack_glsl, ""),
-    GLBK__GBUFFER_FILE("lib/picture.glsl", glbk__glsl_lib_picture_glsl, "shown"),
-    GLBK__GBUFFER_FILE("lib/shown.glsl", glbk__glsl_lib_shown_glsl, "")
+    { (const char *)&glbk__glsl_lib_gbuffer_glsl },
+    { (const char *)&glbk__glsl_lib_gbuffer_bindings_glsl },
+    { (const char *)&glbk__glsl_lib_gbuffer_pack_glsl },
+    { (const char *)&glbk__glsl_lib_picture_glsl },
+    { (const char *)&glbk__glsl_lib_shown_glsl }
 };
 static const glbk_part glbk__gbuffer_reader = {
     "gbuffer", glbk__gbuffer_reads, sizeof glbk__gbuffer_reads / sizeof glbk__gbuffer_reads[0],

@@ -848,7 +848,10 @@ static inline glbk_ism__allocator glbk_ism__memory(const glbk_context *ctx)
 /* ==== GLSL of src/gl_ism ==== */
 
 
-static const struct { char s0[3553]; char end; } glbk__ism_files_lib_cohsm_math_glsl = {
+static const struct { char facts[24];
+    char s0[3553]; char end; } glbk__ism_files_lib_cohsm_math_glsl = {
+    "lib/cohsm_math.glsl\0" "" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\n\n\n#define COHSM_PI 3.14159265\n"
     "#define COHSM_BELOW_1 0.99999994\n"
     "#define COHSM_HUGE 3.402823466e38\n"
@@ -964,7 +967,10 @@ static const struct { char s0[3553]; char end; } glbk__ism_files_lib_cohsm_math_
     "}\n", 0
 };
 
-static const struct { char s0[1995]; char end; } glbk__glsl_lib_ism_access_glsl = {
+static const struct { char facts[60];
+    char s0[1995]; char end; } glbk__glsl_lib_ism_access_glsl = {
+    "lib/ism_access.glsl\0" "table ism_map ism_bindings ism_frame" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n#define ISM_F glbk_ism_frame\n"
     "#define ISM_TEXEL(i) uintBitsToFloat(texelFetch(glbk_ism_vpls, glbk_table_at(i), 0))\n"
     "\nstruct ism_grid{\n"
@@ -1043,7 +1049,10 @@ static const struct { char s0[1995]; char end; } glbk__glsl_lib_ism_access_glsl 
     "}\n", 0
 };
 
-static const struct { char s0[1288]; char end; } glbk__glsl_lib_ism_bindings_glsl = {
+static const struct { char facts[26];
+    char s0[1288]; char end; } glbk__glsl_lib_ism_bindings_glsl = {
+    "lib/ism_bindings.glsl\0" "" "\0" "" "\0"
+    "" "\0" "",
     "\nuniform usampler2DArray glbk_ism_vpls,glbk_ism_surfels;\n"
     "uniform sampler2DArray glbk_ism_albedos;\n"
     "uniform usampler2DArray glbk_ism_triangles;\n"
@@ -1070,7 +1079,10 @@ static const struct { char s0[1288]; char end; } glbk__glsl_lib_ism_bindings_gls
     "#endif\n", 0
 };
 
-static const struct { char s0[751]; char end; } glbk__glsl_lib_ism_blur_glsl = {
+static const struct { char facts[33];
+    char s0[751]; char end; } glbk__glsl_lib_ism_blur_glsl = {
+    "lib/ism_blur.glsl\0" "ism_gbuffer" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\n\n\nbool ism_neighbour(ivec2 at,out ism_receiver r,out vec4 light);\n"
     "\n\nvec4 ism_smooth(ivec2 at,ism_receiver c)\n"
     "{\n"
@@ -1098,7 +1110,10 @@ static const struct { char s0[751]; char end; } glbk__glsl_lib_ism_blur_glsl = {
     "}\n", 0
 };
 
-static const struct { char s0[312]; char end; } glbk__glsl_lib_ism_choosing_glsl = {
+static const struct { char facts[43];
+    char s0[312]; char end; } glbk__glsl_lib_ism_choosing_glsl = {
+    "lib/ism_choosing.glsl\0" "" "\0" "" "\0"
+    "" "\0" "glbk_ism_choosing",
     "\nlayout(std140)uniform glbk_ism_choosing_block{\n"
     "mat4 world_to_clip;\n"
     "uint width,face_height,vpl_count,inter_texel;\n"
@@ -1110,7 +1125,10 @@ static const struct { char s0[312]; char end; } glbk__glsl_lib_ism_choosing_glsl
     "}glbk_ism_choosing;\n", 0
 };
 
-static const struct { char s0[383]; char end; } glbk__glsl_lib_ism_corners_glsl = {
+static const struct { char facts[43];
+    char s0[383]; char end; } glbk__glsl_lib_ism_corners_glsl = {
+    "lib/ism_corners.glsl\0" "table ism_bindings" "\0" "" "\0"
+    "" "\0" "",
     "\n\nstruct ism_corners{vec3 a,b,c;};\n"
     "\nvec3 ism_vertex(uint i){return texelFetch(glbk_ism_positions,glbk_table_at(i),0).xyz;}\n"
     "\nism_corners ism_read_corners(uint t)\n"
@@ -1125,7 +1143,10 @@ static const struct { char s0[383]; char end; } glbk__glsl_lib_ism_corners_glsl 
     "\n\nvec3 ism_normal2(ism_corners p){return cross(p.b-p.a,p.c-p.a);}\n", 0
 };
 
-static const struct { char s0[284]; char end; } glbk__glsl_lib_ism_densities_glsl = {
+static const struct { char facts[50];
+    char s0[284]; char end; } glbk__glsl_lib_ism_densities_glsl = {
+    "lib/ism_densities.glsl\0" "ism_fold ism_scattering" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\n\nfloat ism_density(vec2 sizes)\n"
     "{\n"
     "vec2 all=uintBitsToFloat(texelFetch(glbk_ism_totals,ivec2(0),0).xy);\n"
@@ -1138,7 +1159,10 @@ static const struct { char s0[284]; char end; } glbk__glsl_lib_ism_densities_gls
     "}\n", 0
 };
 
-static const struct { char s0[3496]; char end; } glbk__glsl_lib_ism_disc_glsl = {
+static const struct { char facts[32];
+    char s0[3496]; char end; } glbk__glsl_lib_ism_disc_glsl = {
+    "lib/ism_disc.glsl\0" "ism_access" "\0" "" "\0"
+    "" "\0" "",
     "\n\n#define ISM_DEEPEST 1.84467429e19\n"
     "\nstruct ism_surfel{\n"
     "vec3 at;\n"
@@ -1245,7 +1269,10 @@ static const struct { char s0[3496]; char end; } glbk__glsl_lib_ism_disc_glsl = 
     "}\n", 0
 };
 
-static const struct { char s0[1143]; char end; } glbk__glsl_lib_ism_fill_glsl = {
+static const struct { char facts[32];
+    char s0[1143]; char end; } glbk__glsl_lib_ism_fill_glsl = {
+    "lib/ism_fill.glsl\0" "ism_access" "\0" "" "\0"
+    "" "\0" "",
     "\n\n#define ISM_HOLE 2\n"
     "\n\nvec4 ism_plane_at(ivec2 at){return glbk_unpack(texelFetch(glbk_ism_planes,at,0));}\n"
     "\n\n\nuint ism_quadrant(ivec2 d)\n"
@@ -1287,7 +1314,10 @@ static const struct { char s0[1143]; char end; } glbk__glsl_lib_ism_fill_glsl = 
     "}\n", 0
 };
 
-static const struct { char s0[1008]; char end; } glbk__glsl_lib_ism_fold_glsl = {
+static const struct { char facts[34];
+    char s0[1008]; char end; } glbk__glsl_lib_ism_fold_glsl = {
+    "lib/ism_fold.glsl\0" "ism_bindings" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\n\n\nivec2 ism_fold(uint i,uint count,uint row)\n"
     "{\n"
     "return ivec2(i&1023u,row*((count+1023u)>>10)+(i>>10));\n"
@@ -1326,7 +1356,10 @@ static const struct { char s0[1008]; char end; } glbk__glsl_lib_ism_fold_glsl = 
     "}\n", 0
 };
 
-static const struct { char s0[305]; char end; } glbk__glsl_lib_ism_frame_glsl = {
+static const struct { char facts[37];
+    char s0[305]; char end; } glbk__glsl_lib_ism_frame_glsl = {
+    "lib/ism_frame.glsl\0" "" "\0" "" "\0"
+    "" "\0" "glbk_ism_frame",
     "\nlayout(std140)uniform glbk_ism_frame_block{\n"
     "uint vpl_count,tile_side,tiles_across,surfel_count,vpl_capacity,\n"
     "phase_surfel_count,fill_levels,triangle_count;\n"
@@ -1337,7 +1370,10 @@ static const struct { char s0[305]; char end; } glbk__glsl_lib_ism_frame_glsl = 
     "}glbk_ism_frame;\n", 0
 };
 
-static const struct { char s0[317]; char end; } glbk__glsl_lib_ism_gbuffer_glsl = {
+static const struct { char facts[65];
+    char s0[317]; char end; } glbk__glsl_lib_ism_gbuffer_glsl = {
+    "lib/ism_gbuffer.glsl\0" "cohsm_math ism_bindings gbuffer ism_view" "\0" "" "\0"
+    "" "\0" "",
     "\n\nstruct ism_receiver{\n"
     "vec3 p;\n"
     "vec3 n,ng;\n"
@@ -1354,7 +1390,10 @@ static const struct { char s0[317]; char end; } glbk__glsl_lib_ism_gbuffer_glsl 
     "}\n", 0
 };
 
-static const struct { char s0[303]; char end; } glbk__glsl_lib_ism_hash_glsl = {
+static const struct { char facts[22];
+    char s0[303]; char end; } glbk__glsl_lib_ism_hash_glsl = {
+    "lib/ism_hash.glsl\0" "" "\0" "" "\0"
+    "" "\0" "",
     "\n\nuint ism_hash32(uint x)\n"
     "{\n"
     "uint state=x*747796405u+2891336453u;\n"
@@ -1365,7 +1404,10 @@ static const struct { char s0[303]; char end; } glbk__glsl_lib_ism_hash_glsl = {
     "\n\nfloat ism_to_unit(uint bits){return float(bits>>8)*(1./16777216.);}\n", 0
 };
 
-static const struct { char s0[618]; char end; } glbk__glsl_lib_ism_holes_glsl = {
+static const struct { char facts[31];
+    char s0[618]; char end; } glbk__glsl_lib_ism_holes_glsl = {
+    "lib/ism_holes.glsl\0" "ism_fill" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\nfloat ism_depth(ivec2 at);\n"
     "\n\n\nbool ism_hole(ism_grid grid,ivec2 at,float c)\n"
     "{\n"
@@ -1389,7 +1431,10 @@ static const struct { char s0[618]; char end; } glbk__glsl_lib_ism_holes_glsl = 
     "}\n", 0
 };
 
-static const struct { char s0[1325]; char end; } glbk__glsl_lib_ism_inter_texel_glsl = {
+static const struct { char facts[37];
+    char s0[1325]; char end; } glbk__glsl_lib_ism_inter_texel_glsl = {
+    "lib/ism_inter_texel.glsl\0" "ism_pvpl" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\n\n\n\nfloat ism_inter_texel(ivec2 texel,vec2 fraction,inout vec3 position,inout vec3 normal)\n"
     "{\n"
     "vec2 s=fraction-.5,from,to;\n"
@@ -1435,7 +1480,10 @@ static const struct { char s0[1325]; char end; } glbk__glsl_lib_ism_inter_texel_
     "}\n", 0
 };
 
-static const struct { char s0[4001]; char s1[3731]; char end; } glbk__glsl_lib_ism_light_glsl = {
+static const struct { char facts[42];
+    char s0[4001]; char s1[3731]; char end; } glbk__glsl_lib_ism_light_glsl = {
+    "lib/ism_light.glsl\0" "ism_access ism_view" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\n\n\n\n\n#ifndef ISM_NEAR\n"
     "#define ISM_NEAR 6\n"
     "#elif ISM_NEAR == 0\n"
@@ -1701,7 +1749,10 @@ static const struct { char s0[4001]; char s1[3731]; char end; } glbk__glsl_lib_i
     "}\n", 0
 };
 
-static const struct { char s0[3187]; char end; } glbk__glsl_lib_ism_map_glsl = {
+static const struct { char facts[31];
+    char s0[3187]; char end; } glbk__glsl_lib_ism_map_glsl = {
+    "lib/ism_map.glsl\0" "cohsm_math" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n#define ISM_PROJECTION_COSINE 1u\n"
     "#define ISM_PROJECTION_PARABOLOID 2u\n"
     "#define ISM_PROJECTION_OCTAHEDRAL 3u\n"
@@ -1810,7 +1861,10 @@ static const struct { char s0[3187]; char end; } glbk__glsl_lib_ism_map_glsl = {
     "}\n", 0
 };
 
-static const struct { char s0[215]; char end; } glbk__glsl_lib_ism_pulled_glsl = {
+static const struct { char facts[36];
+    char s0[215]; char end; } glbk__glsl_lib_ism_pulled_glsl = {
+    "lib/ism_pulled.glsl\0" "ism_bindings" "\0" "" "\0"
+    "" "\0" "",
     "\n\nint ism_pulled(int level,ivec2 cell)\n"
     "{\n"
     "if(level==1)return int(texelFetch(glbk_ism_pull1,cell,0).x);\n"
@@ -1819,7 +1873,10 @@ static const struct { char s0[215]; char end; } glbk__glsl_lib_ism_pulled_glsl =
     "}\n", 0
 };
 
-static const struct { char s0[1825]; char end; } glbk__glsl_lib_ism_push_glsl = {
+static const struct { char facts[30];
+    char s0[1825]; char end; } glbk__glsl_lib_ism_push_glsl = {
+    "lib/ism_push.glsl\0" "ism_fill" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\nint ism_pulled(int level,ivec2 cell);\n"
     "\nstruct ism_near{\n"
     "int first,second;\n"
@@ -1882,7 +1939,10 @@ static const struct { char s0[1825]; char end; } glbk__glsl_lib_ism_push_glsl = 
     "}\n", 0
 };
 
-static const struct { char s0[1079]; char end; } glbk__glsl_lib_ism_pvpl_glsl = {
+static const struct { char facts[58];
+    char s0[1079]; char end; } glbk__glsl_lib_ism_pvpl_glsl = {
+    "lib/ism_pvpl.glsl\0" "cohsm_math ism_bindings ism_choosing" "\0" "" "\0"
+    "" "\0" "",
     "\n\nstruct ism_pvpl{\n"
     "vec3 position,normal,flux;\n"
     "float area;\n"
@@ -1918,7 +1978,10 @@ static const struct { char s0[1079]; char end; } glbk__glsl_lib_ism_pvpl_glsl = 
     "}\n", 0
 };
 
-static const struct { char s0[335]; char end; } glbk__glsl_lib_ism_scattering_glsl = {
+static const struct { char facts[47];
+    char s0[335]; char end; } glbk__glsl_lib_ism_scattering_glsl = {
+    "lib/ism_scattering.glsl\0" "" "\0" "" "\0"
+    "" "\0" "glbk_ism_scattering",
     "\nlayout(std140)uniform glbk_ism_scattering_block{\n"
     "uint triangle_count,cluster_count,cluster_size,first_vpl,batch,vpl_capacity,\n"
     "view_width,view_height,views,pair,seed,key,surfel_count,phase_surfel_count,\n"
@@ -1928,7 +1991,10 @@ static const struct { char s0[335]; char end; } glbk__glsl_lib_ism_scattering_gl
     "}glbk_ism_scattering;\n", 0
 };
 
-static const struct { char s0[1088]; char end; } glbk__glsl_lib_ism_search_glsl = {
+static const struct { char facts[49];
+    char s0[1088]; char end; } glbk__glsl_lib_ism_search_glsl = {
+    "lib/ism_search.glsl\0" "ism_bindings ism_choosing" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\nfloat ism_weight(uvec4 sums,float least)\n"
     "{\n"
     "vec2 s=uintBitsToFloat(sums.xy);\n"
@@ -1970,7 +2036,10 @@ static const struct { char s0[1088]; char end; } glbk__glsl_lib_ism_search_glsl 
     "}\n", 0
 };
 
-static const struct { char s0[144]; char end; } glbk__glsl_lib_ism_view_glsl = {
+static const struct { char facts[35];
+    char s0[144]; char end; } glbk__glsl_lib_ism_view_glsl = {
+    "lib/ism_view.glsl\0" "" "\0" "" "\0"
+    "" "\0" "glbk_ism_view",
     "\nlayout(std140)uniform glbk_ism_view_block{\n"
     "uint width,height,interleave,no_maps;\n"
     "float bias,clamp_at;\n"
@@ -1978,7 +2047,10 @@ static const struct { char s0[144]; char end; } glbk__glsl_lib_ism_view_glsl = {
     "}glbk_ism_view;\n", 0
 };
 
-static const struct { char s0[1229]; char end; } glbk__glsl_prog_ism_blur_comp = {
+static const struct { char facts[31];
+    char s0[1229]; char end; } glbk__glsl_prog_ism_blur_comp = {
+    "prog/ism_blur.comp\0" "ism_blur" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\nlayout(local_size_x=16,local_size_y=16)in;\n"
     "#define ISM_TILE 24\n"
     "\nshared vec3 ism_places[ISM_TILE*ISM_TILE],ism_normals[ISM_TILE*ISM_TILE];\n"
@@ -2019,7 +2091,10 @@ static const struct { char s0[1229]; char end; } glbk__glsl_prog_ism_blur_comp =
     "}\n", 0
 };
 
-static const struct { char s0[452]; char end; } glbk__glsl_prog_ism_blur_frag = {
+static const struct { char facts[31];
+    char s0[452]; char end; } glbk__glsl_prog_ism_blur_frag = {
+    "prog/ism_blur.frag\0" "ism_blur" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\nlayout(location=0)out glbk_color result;\n"
     "\nbool ism_neighbour(ivec2 at,out ism_receiver r,out vec4 light)\n"
     "{\n"
@@ -2036,7 +2111,10 @@ static const struct { char s0[452]; char end; } glbk__glsl_prog_ism_blur_frag = 
     "}\n", 0
 };
 
-static const struct { char s0[1795]; char end; } glbk__glsl_prog_ism_bounce_frag = {
+static const struct { char facts[91];
+    char s0[1795]; char end; } glbk__glsl_prog_ism_bounce_frag = {
+    "prog/ism_bounce.frag\0" "ism_push ism_pulled ism_corners" "\0" "" "\0"
+    "ISM_PROJECTION=1 | ISM_PROJECTION=2" "\0" "",
     "\n\n\n\n\nlayout(location=0)out uvec4 place;\n"
     "layout(location=1)out uvec4 facing;\n"
     "layout(location=2)out uvec4 power;\n"
@@ -2087,7 +2165,10 @@ static const struct { char s0[1795]; char end; } glbk__glsl_prog_ism_bounce_frag
     "}\n", 0
 };
 
-static const struct { char s0[1605]; char end; } glbk__glsl_prog_ism_choose_frag = {
+static const struct { char facts[60];
+    char s0[1605]; char end; } glbk__glsl_prog_ism_choose_frag = {
+    "prog/ism_choose.frag\0" "ism_search ism_hash ism_inter_texel" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\n\n\nlayout(location=0)out uvec4 place;\n"
     "layout(location=1)out uvec4 facing;\n"
     "layout(location=2)out uvec4 power;\n"
@@ -2121,7 +2202,10 @@ static const struct { char s0[1605]; char end; } glbk__glsl_prog_ism_choose_frag
     "}\n", 0
 };
 
-static const struct { char s0[1150]; char end; } glbk__glsl_prog_ism_clusters_frag = {
+static const struct { char facts[62];
+    char s0[1150]; char end; } glbk__glsl_prog_ism_clusters_frag = {
+    "prog/ism_clusters.frag\0" "ism_corners ism_fold ism_scattering" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\nlayout(location=0)out uvec2 masses;\n"
     "layout(location=1)out uvec4 place;\n"
     "layout(location=2)out uvec4 squares;\n"
@@ -2162,7 +2246,10 @@ static const struct { char s0[1150]; char end; } glbk__glsl_prog_ism_clusters_fr
     "}\n", 0
 };
 
-static const struct { char s0[539]; char end; } glbk__glsl_prog_ism_counts_frag = {
+static const struct { char facts[59];
+    char s0[539]; char end; } glbk__glsl_prog_ism_counts_frag = {
+    "prog/ism_counts.frag\0" "ism_access ism_fold ism_scattering" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\nlayout(location=0)out uint result;\n"
     "\nfloat ism_luminance_of(uint v)\n"
     "{\n"
@@ -2184,7 +2271,10 @@ static const struct { char s0[539]; char end; } glbk__glsl_prog_ism_counts_frag 
     "}\n", 0
 };
 
-static const struct { char s0[1309]; char end; } glbk__glsl_prog_ism_edges_frag = {
+static const struct { char facts[49];
+    char s0[1309]; char end; } glbk__glsl_prog_ism_edges_frag = {
+    "prog/ism_edges.frag\0" "ism_bindings ism_choosing" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\n\nlayout(location=0)out uvec4 result;\n"
     "\nvec4 ism_drawn(uint v,int k)\n"
     "{\n"
@@ -2226,7 +2316,10 @@ static const struct { char s0[1309]; char end; } glbk__glsl_prog_ism_edges_frag 
     "}\n", 0
 };
 
-static const struct { char s0[2613]; char end; } glbk__glsl_prog_ism_effect_frag = {
+static const struct { char facts[50];
+    char s0[2613]; char end; } glbk__glsl_prog_ism_effect_frag = {
+    "prog/ism_effect.frag\0" "ism_pvpl ism_hash gbuffer" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\n\n\nlayout(location=0)out uint result;\n"
     "\n\n\nfloat ism_unit_flux_light(vec3 q,vec3 n,vec3 p,vec3 pn,float extent2)\n"
     "{\n"
@@ -2294,7 +2387,10 @@ static const struct { char s0[2613]; char end; } glbk__glsl_prog_ism_effect_frag
     "}\n", 0
 };
 
-static const struct { char s0[874]; char end; } glbk__glsl_prog_ism_extent_frag = {
+static const struct { char facts[84];
+    char s0[874]; char end; } glbk__glsl_prog_ism_extent_frag = {
+    "prog/ism_extent.frag\0" "cohsm_math ism_bindings gbuffer ism_choosing" "\0" "" "\0"
+    "FROM=0 | FROM=1" "\0" "",
     "\n\n\n\n\n#ifndef FROM\n"
     "#define FROM 0\n"
     "#endif\n"
@@ -2327,7 +2423,10 @@ static const struct { char s0[874]; char end; } glbk__glsl_prog_ism_extent_frag 
     "}\n", 0
 };
 
-static const struct { char s0[2386]; char end; } glbk__glsl_prog_ism_fill_comp = {
+static const struct { char facts[76];
+    char s0[2386]; char end; } glbk__glsl_prog_ism_fill_comp = {
+    "prog/ism_fill.comp\0" "ism_holes ism_push" "\0" "" "\0"
+    "ISM_PROJECTION=1 | ISM_PROJECTION=4" "\0" "",
     "\n\n\n\n\nlayout(local_size_x=256)in;\n"
     "#define ISM_SIDE 64\n"
     "\nshared float ism_depths[ISM_SIDE*ISM_SIDE];\n"
@@ -2398,7 +2497,10 @@ static const struct { char s0[2386]; char end; } glbk__glsl_prog_ism_fill_comp =
     "}\n", 0
 };
 
-static const struct { char s0[328]; char end; } glbk__glsl_prog_ism_holes_frag = {
+static const struct { char facts[68];
+    char s0[328]; char end; } glbk__glsl_prog_ism_holes_frag = {
+    "prog/ism_holes.frag\0" "ism_holes" "\0" "" "\0"
+    "ISM_PROJECTION=1 | ISM_PROJECTION=4" "\0" "",
     "\n\n\n\nlayout(location=0)out uint result;\n"
     "\nfloat ism_depth(ivec2 at){return ism_plane_at(at).w;}\n"
     "\nvoid main()\n"
@@ -2412,7 +2514,10 @@ static const struct { char s0[328]; char end; } glbk__glsl_prog_ism_holes_frag =
     "}\n", 0
 };
 
-static const struct { char s0[2491]; char end; } glbk__glsl_prog_ism_pairs_frag = {
+static const struct { char facts[69];
+    char s0[2491]; char end; } glbk__glsl_prog_ism_pairs_frag = {
+    "prog/ism_pairs.frag\0" "cohsm_math ism_access ism_fold ism_scattering" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\nlayout(location=0)out uint result;\n"
     "\nstruct ism_cluster{\n"
     "float area,radius2;\n"
@@ -2498,7 +2603,10 @@ static const struct { char s0[2491]; char end; } glbk__glsl_prog_ism_pairs_frag 
     "}\n", 0
 };
 
-static const struct { char s0[2185]; char end; } glbk__glsl_prog_ism_points_frag = {
+static const struct { char facts[47];
+    char s0[2185]; char end; } glbk__glsl_prog_ism_points_frag = {
+    "prog/ism_points.frag\0" "ism_densities ism_hash" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\nlayout(location=0)out uvec4 result;\n"
     "\n\n\nvec2 ism_triangle_map(float u,float v)\n"
     "{\n"
@@ -2558,7 +2666,10 @@ static const struct { char s0[2185]; char end; } glbk__glsl_prog_ism_points_frag
     "}\n", 0
 };
 
-static const struct { char s0[311]; char end; } glbk__glsl_prog_ism_pull_frag = {
+static const struct { char facts[70];
+    char s0[311]; char end; } glbk__glsl_prog_ism_pull_frag = {
+    "prog/ism_pull.frag\0" "ism_fill" "\0" "" "\0"
+    "ISM_LEVEL=1 | ISM_LEVEL=2 | ISM_LEVEL=3" "\0" "",
     "\n\n\n\n#ifndef ISM_LEVEL\n"
     "#define ISM_LEVEL 1\n"
     "#endif\n"
@@ -2572,7 +2683,10 @@ static const struct { char s0[311]; char end; } glbk__glsl_prog_ism_pull_frag = 
     "}\n", 0
 };
 
-static const struct { char s0[349]; char end; } glbk__glsl_prog_ism_push_frag = {
+static const struct { char facts[77];
+    char s0[349]; char end; } glbk__glsl_prog_ism_push_frag = {
+    "prog/ism_push.frag\0" "ism_push ism_pulled" "\0" "" "\0"
+    "ISM_PROJECTION=1 | ISM_PROJECTION=4" "\0" "",
     "\n\n\n\nlayout(location=0)out uint result;\n"
     "\nvoid main()\n"
     "{\n"
@@ -2586,7 +2700,10 @@ static const struct { char s0[349]; char end; } glbk__glsl_prog_ism_push_frag = 
     "}\n", 0
 };
 
-static const struct { char s0[758]; char end; } glbk__glsl_prog_ism_receivers_frag = {
+static const struct { char facts[70];
+    char s0[758]; char end; } glbk__glsl_prog_ism_receivers_frag = {
+    "prog/ism_receivers.frag\0" "cohsm_math ism_fold gbuffer ism_scattering" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\nlayout(location=0)out uvec4 result;\n"
     "\nvoid main()\n"
     "{\n"
@@ -2608,7 +2725,10 @@ static const struct { char s0[758]; char end; } glbk__glsl_prog_ism_receivers_fr
     "}\n", 0
 };
 
-static const struct { char s0[304]; char end; } glbk__glsl_prog_ism_resolve_frag = {
+static const struct { char facts[54];
+    char s0[304]; char end; } glbk__glsl_prog_ism_resolve_frag = {
+    "prog/ism_resolve.frag\0" "ism_bindings gbuffer picture" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\nlayout(location=0)out vec4 result;\n"
     "\nvoid main()\n"
     "{\n"
@@ -2621,7 +2741,10 @@ static const struct { char s0[304]; char end; } glbk__glsl_prog_ism_resolve_frag
     "}\n", 0
 };
 
-static const struct { char s0[549]; char end; } glbk__glsl_prog_ism_run_frag = {
+static const struct { char facts[45];
+    char s0[549]; char end; } glbk__glsl_prog_ism_run_frag = {
+    "prog/ism_run.frag\0" "ism_fold ism_scattering" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\n\nlayout(location=0)out uvec2 result;\n"
     "\nvoid main()\n"
     "{\n"
@@ -2642,7 +2765,10 @@ static const struct { char s0[549]; char end; } glbk__glsl_prog_ism_run_frag = {
     "}\n", 0
 };
 
-static const struct { char s0[510]; char end; } glbk__glsl_prog_ism_scan_frag = {
+static const struct { char facts[48];
+    char s0[510]; char end; } glbk__glsl_prog_ism_scan_frag = {
+    "prog/ism_scan.frag\0" "ism_bindings ism_choosing" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\n\n\nlayout(location=0)out uvec2 result;\n"
     "\nvoid main()\n"
     "{\n"
@@ -2658,7 +2784,10 @@ static const struct { char s0[510]; char end; } glbk__glsl_prog_ism_scan_frag = 
     "}\n", 0
 };
 
-static const struct { char s0[425]; char end; } glbk__glsl_prog_ism_seen_frag = {
+static const struct { char facts[65];
+    char s0[425]; char end; } glbk__glsl_prog_ism_seen_frag = {
+    "prog/ism_seen.frag\0" "cohsm_math ism_fold gbuffer ism_scattering" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\nlayout(location=0)out uint result;\n"
     "\nvoid main()\n"
     "{\n"
@@ -2673,7 +2802,10 @@ static const struct { char s0[425]; char end; } glbk__glsl_prog_ism_seen_frag = 
     "}\n", 0
 };
 
-static const struct { char s0[1367]; char end; } glbk__glsl_prog_ism_shade_comp = {
+static const struct { char facts[188];
+    char s0[1367]; char end; } glbk__glsl_prog_ism_shade_comp = {
+    "prog/ism_shade.comp\0" "ism_gbuffer ism_light" "\0" "" "\0"
+    "ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5 | ISM_NEAR=6" "\0" "",
     "\n\n\n\n\nlayout(local_size_x=16,local_size_y=16)in;\n"
     "#define ISM_ROUND 64u\n"
     "\nshared ism_vpl ism_read[ISM_ROUND];\n"
@@ -2717,7 +2849,10 @@ static const struct { char s0[1367]; char end; } glbk__glsl_prog_ism_shade_comp 
     "}\n", 0
 };
 
-static const struct { char s0[313]; char end; } glbk__glsl_prog_ism_shade_frag = {
+static const struct { char facts[188];
+    char s0[313]; char end; } glbk__glsl_prog_ism_shade_frag = {
+    "prog/ism_shade.frag\0" "ism_gbuffer ism_light" "\0" "" "\0"
+    "ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5 | ISM_NEAR=6" "\0" "",
     "\n\n\n\n\n\nlayout(location=0)out glbk_color result;\n"
     "\nvoid main()\n"
     "{\n"
@@ -2731,7 +2866,10 @@ static const struct { char s0[313]; char end; } glbk__glsl_prog_ism_shade_frag =
     "}\n", 0
 };
 
-static const struct { char s0[642]; char end; } glbk__glsl_prog_ism_shares_frag = {
+static const struct { char facts[38];
+    char s0[642]; char end; } glbk__glsl_prog_ism_shares_frag = {
+    "prog/ism_shares.frag\0" "ism_densities" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\n\nlayout(location=0)out uint result;\n"
     "\nvoid main()\n"
     "{\n"
@@ -2752,7 +2890,10 @@ static const struct { char s0[642]; char end; } glbk__glsl_prog_ism_shares_frag 
     "}\n", 0
 };
 
-static const struct { char s0[1559]; char end; } glbk__glsl_prog_ism_sights_frag = {
+static const struct { char facts[56];
+    char s0[1559]; char end; } glbk__glsl_prog_ism_sights_frag = {
+    "prog/ism_sights.frag\0" "ism_pvpl gbuffer" "\0" "" "\0"
+    "FROM=0 | FROM=1" "\0" "",
     "\n\n\n\n\n\n#ifndef FROM\n"
     "#define FROM 0\n"
     "#endif\n"
@@ -2804,7 +2945,10 @@ static const struct { char s0[1559]; char end; } glbk__glsl_prog_ism_sights_frag
     "}\n", 0
 };
 
-static const struct { char s0[1750]; char end; } glbk__glsl_prog_ism_sizes_frag = {
+static const struct { char facts[79];
+    char s0[1750]; char end; } glbk__glsl_prog_ism_sizes_frag = {
+    "prog/ism_sizes.frag\0" "cohsm_math ism_corners ism_fold ism_hash ism_scattering" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\nlayout(location=0)out uvec2 result;\n"
     "\n\nuint ism_multiply_high(uint a,uint b)\n"
     "{\n"
@@ -2855,7 +2999,10 @@ static const struct { char s0[1750]; char end; } glbk__glsl_prog_ism_sizes_frag 
     "}\n", 0
 };
 
-static const struct { char s0[3993]; char s1[306]; char end; } glbk__glsl_prog_ism_splat_comp = {
+static const struct { char facts[67];
+    char s0[3993]; char s1[306]; char end; } glbk__glsl_prog_ism_splat_comp = {
+    "prog/ism_splat.comp\0" "ism_disc" "\0" "" "\0"
+    "ISM_PROJECTION=1 | ISM_PROJECTION=4" "\0" "",
     "\n\n\n\n\n\nlayout(local_size_x=512)in;\n"
     "#define ISM_THREADS 512u\n"
     "#define ISM_SIDE 64\n"
@@ -2991,7 +3138,10 @@ static const struct { char s0[3993]; char s1[306]; char end; } glbk__glsl_prog_i
     "}\n", 0
 };
 
-static const struct { char s0[817]; char end; } glbk__glsl_prog_ism_splat_frag = {
+static const struct { char facts[127];
+    char s0[817]; char end; } glbk__glsl_prog_ism_splat_frag = {
+    "prog/ism_splat.frag\0" "ism_disc" "\0" "ism_splat.vert" "\0"
+    "ISM_PROJECTION=1 ISM_QUADS=0 ISM_HITS=0 | ISM_PROJECTION=4 ISM_QUADS=1 ISM_HITS=1" "\0" "",
     "\n\n\n\nflat in vec4 ism_at;\n"
     "flat in vec4 ism_plane;\n"
     "flat in vec4 ism_across;\n"
@@ -3022,7 +3172,10 @@ static const struct { char s0[817]; char end; } glbk__glsl_prog_ism_splat_frag =
     "}\n", 0
 };
 
-static const struct { char s0[1346]; char end; } glbk__glsl_prog_ism_splat_vert = {
+static const struct { char facts[32];
+    char s0[1346]; char end; } glbk__glsl_prog_ism_splat_vert = {
+    "prog/ism_splat.vert\0" "ism_disc" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n#ifndef ISM_QUADS\n"
     "#define ISM_QUADS 0\n"
     "#endif\n"
@@ -3081,7 +3234,10 @@ static const struct { char s0[1346]; char end; } glbk__glsl_prog_ism_splat_vert 
     "}\n", 0
 };
 
-static const struct { char s0[1192]; char end; } glbk__glsl_prog_ism_weigh_frag = {
+static const struct { char facts[32];
+    char s0[1192]; char end; } glbk__glsl_prog_ism_weigh_frag = {
+    "prog/ism_weigh.frag\0" "ism_pvpl" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\n\nlayout(location=0)out uvec2 result;\n"
     "\nfloat ism_effect_at(ivec2 at){return uintBitsToFloat(texelFetch(glbk_ism_effects,at,0).x);}\n"
     "\nfloat ism_blurred(ivec2 at,ism_pvpl q)\n"
@@ -3119,7 +3275,10 @@ static const struct { char s0[1192]; char end; } glbk__glsl_prog_ism_weigh_frag 
     "}\n", 0
 };
 
-static const struct { char s0[1463]; char end; } glbk__glsl_prog_ism_windows_frag = {
+static const struct { char facts[104];
+    char s0[1463]; char end; } glbk__glsl_prog_ism_windows_frag = {
+    "prog/ism_windows.frag\0" "ism_map ism_bindings ism_choosing ism_frame" "\0" "" "\0"
+    "ISM_PROJECTION=1 | ISM_PROJECTION=2" "\0" "",
     "\n\n\n\n\n\nlayout(location=0)out uvec4 result;\n"
     "\nvec4 ism_drawn(ivec2 at,int k){return uintBitsToFloat(texelFetch(glbk_ism_drawn,ivec3(at,k),0));}\n"
     "\nvoid main()\n"
@@ -3158,165 +3317,59 @@ static const struct { char s0[1463]; char end; } glbk__glsl_prog_ism_windows_fra
 };
 
 static const glbk_file glbk__ism_files[] = {
-    { "lib/cohsm_math.glsl\0" "" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__ism_files_lib_cohsm_math_glsl },
-    { "lib/ism_access.glsl\0" "table ism_map ism_bindings ism_frame" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_ism_access_glsl },
-    { "lib/ism_bindings.glsl\0" "" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_ism_bindings_glsl },
-    { "lib/ism_blur.glsl\0" "ism_gbuffer" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_ism_blur_glsl },
-    { "lib/ism_choosing.glsl\0" "" "\0" "" "\0"
-      "" "\0" "glbk_ism_choosing",
-      (const char *)&glbk__glsl_lib_ism_choosing_glsl },
-    { "lib/ism_corners.glsl\0" "table ism_bindings" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_ism_corners_glsl },
-    { "lib/ism_densities.glsl\0" "ism_fold ism_scattering" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_ism_densities_glsl },
-    { "lib/ism_disc.glsl\0" "ism_access" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_ism_disc_glsl },
-    { "lib/ism_fill.glsl\0" "ism_access" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_ism_fill_glsl },
-    { "lib/ism_fold.glsl\0" "ism_bindings" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_ism_fold_glsl },
-    { "lib/ism_frame.glsl\0" "" "\0" "" "\0"
-      "" "\0" "glbk_ism_frame",
-      (const char *)&glbk__glsl_lib_ism_frame_glsl },
-    { "lib/ism_gbuffer.glsl\0" "cohsm_math ism_bindings gbuffer ism_view" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_ism_gbuffer_glsl },
-    { "lib/ism_hash.glsl\0" "" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_ism_hash_glsl },
-    { "lib/ism_holes.glsl\0" "ism_fill" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_ism_holes_glsl },
-    { "lib/ism_inter_texel.glsl\0" "ism_pvpl" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_ism_inter_texel_glsl },
-    { "lib/ism_light.glsl\0" "ism_access ism_view" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_ism_light_glsl },
-    { "lib/ism_map.glsl\0" "cohsm_math" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_ism_map_glsl },
-    { "lib/ism_pulled.glsl\0" "ism_bindings" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_ism_pulled_glsl },
-    { "lib/ism_push.glsl\0" "ism_fill" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_ism_push_glsl },
-    { "lib/ism_pvpl.glsl\0" "cohsm_math ism_bindings ism_choosing" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_ism_pvpl_glsl },
-    { "lib/ism_scattering.glsl\0" "" "\0" "" "\0"
-      "" "\0" "glbk_ism_scattering",
-      (const char *)&glbk__glsl_lib_ism_scattering_glsl },
-    { "lib/ism_search.glsl\0" "ism_bindings ism_choosing" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_ism_search_glsl },
-    { "lib/ism_view.glsl\0" "" "\0" "" "\0"
-      "" "\0" "glbk_ism_view",
-      (const char *)&glbk__glsl_lib_ism_view_glsl },
-    { "prog/ism_blur.comp\0" "ism_blur" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_prog_ism_blur_comp },
-    { "prog/ism_blur.frag\0" "ism_blur" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_prog_ism_blur_frag },
-    { "prog/ism_bounce.frag\0" "ism_push ism_pulled ism_corners" "\0" "" "\0"
-      "ISM_PROJECTION=1 | ISM_PROJECTION=2" "\0" "",
-      (const char *)&glbk__glsl_prog_ism_bounce_frag },
-    { "prog/ism_choose.frag\0" "ism_search ism_hash ism_inter_texel" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_prog_ism_choose_frag },
-    { "prog/ism_clusters.frag\0" "ism_corners ism_fold ism_scattering" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_prog_ism_clusters_frag },
-    { "prog/ism_counts.frag\0" "ism_access ism_fold ism_scattering" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_prog_ism_counts_frag },
-    { "prog/ism_edges.frag\0" "ism_bindings ism_choosing" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_prog_ism_edges_frag },
-    { "prog/ism_effect.frag\0" "ism_pvpl ism_hash gbuffer" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_prog_ism_effect_frag },
-    { "prog/ism_extent.frag\0" "cohsm_math ism_bindings gbuffer ism_choosing" "\0" "" "\0"
-      "FROM=0 | FROM=1" "\0" "",
-      (const char *)&glbk__glsl_prog_ism_extent_frag },
-    { "prog/ism_fill.comp\0" "ism_holes ism_push" "\0" "" "\0"
-      "ISM_PROJECTION=1 | ISM_PROJECTION=4" "\0" "",
-      (const char *)&glbk__glsl_prog_ism_fill_comp },
-    { "prog/ism_holes.frag\0" "ism_holes" "\0" "" "\0"
-      "ISM_PROJECTION=1 | ISM_PROJECTION=4" "\0" "",
-      (const char *)&glbk__glsl_prog_ism_holes_frag },
-    { "prog/ism_pairs.frag\0" "cohsm_math ism_access ism_fold ism_scattering" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_prog_ism_pairs_frag },
-    { "prog/ism_points.frag\0" "ism_densities ism_hash" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_prog_ism_points_frag },
-    { "prog/ism_pull.frag\0" "ism_fill" "\0" "" "\0"
-      "ISM_LEVEL=1 | ISM_LEVEL=2 | ISM_LEVEL=3" "\0" "",
-      (const char *)&glbk__glsl_prog_ism_pull_frag },
-    { "prog/ism_push.frag\0" "ism_push ism_pulled" "\0" "" "\0"
-      "ISM_PROJECTION=1 | ISM_PROJECTION=4" "\0" "",
-      (const char *)&glbk__glsl_prog_ism_push_frag },
-    { "prog/ism_receivers.frag\0" "cohsm_math ism_fold gbuffer ism_scattering" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_prog_ism_receivers_frag },
-    { "prog/ism_resolve.frag\0" "ism_bindings gbuffer picture" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_prog_ism_resolve_frag },
-    { "prog/ism_run.frag\0" "ism_fold ism_scattering" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_prog_ism_run_frag },
-    { "prog/ism_scan.frag\0" "ism_bindings ism_choosing" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_prog_ism_scan_frag },
-    { "prog/ism_seen.frag\0" "cohsm_math ism_fold gbuffer ism_scattering" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_prog_ism_seen_frag },
-    { "prog/ism_shade.comp\0" "ism_gbuffer ism_light" "\0" "" "\0"
-      "ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5 | ISM_NEAR=6" "\0" "",
-      (const char *)&glbk__glsl_prog_ism_shade_comp },
-    { "prog/ism_shade.frag\0" "ism_gbuffer ism_light" "\0" "" "\0"
-      "ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5 | ISM_NEAR=6" "\0" "",
-      (const char *)&glbk__glsl_prog_ism_shade_frag },
-    { "prog/ism_shares.frag\0" "ism_densities" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_prog_ism_shares_frag },
-    { "prog/ism_sights.frag\0" "ism_pvpl gbuffer" "\0" "" "\0"
-      "FROM=0 | FROM=1" "\0" "",
-      (const char *)&glbk__glsl_prog_ism_sights_frag },
-    { "prog/ism_sizes.frag\0" "cohsm_math ism_corners ism_fold ism_hash ism_scattering" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_prog_ism_sizes_frag },
-    { "prog/ism_splat.comp\0" "ism_disc" "\0" "" "\0"
-      "ISM_PROJECTION=1 | ISM_PROJECTION=4" "\0" "",
-      (const char *)&glbk__glsl_prog_ism_splat_comp },
-    { "prog/ism_splat.frag\0" "ism_disc" "\0" "ism_splat.vert" "\0"
-      "ISM_PROJECTION=1 ISM_QUADS=0 ISM_HITS=0 | ISM_PROJECTION=4 ISM_QUADS=1 ISM_HITS=1" "\0" "",
-      (const char *)&glbk__glsl_prog_ism_splat_frag },
-    { "prog/ism_splat.vert\0" "ism_disc" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_prog_ism_splat_vert },
-    { "prog/ism_weigh.frag\0" "ism_pvpl" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_prog_ism_weigh_frag },
-    { "prog/ism_windows.frag\0" "ism_map ism_bindings ism_choosing ism_frame" "\0" "" "\0"
-      "ISM_PROJECTION=1 | ISM_PROJECTION=2" "\0" "",
-      (const char *)&glbk__glsl_prog_ism_windows_frag }
+    { (const char *)&glbk__ism_files_lib_cohsm_math_glsl },
+    { (const char *)&glbk__glsl_lib_ism_access_glsl },
+    { (const char *)&glbk__glsl_lib_ism_bindings_glsl },
+    { (const char *)&glbk__glsl_lib_ism_blur_glsl },
+    { (const char *)&glbk__glsl_lib_ism_choosing_glsl },
+    { (const char *)&glbk__glsl_lib_ism_corners_glsl },
+    { (const char *)&glbk__glsl_lib_ism_densities_glsl },
+    { (const char *)&glbk__glsl_lib_ism_disc_glsl },
+    { (const char *)&glbk__glsl_lib_ism_fill_glsl },
+    { (const char *)&glbk__glsl_lib_ism_fold_glsl },
+    { (const char *)&glbk__glsl_lib_ism_frame_glsl },
+    { (const char *)&glbk__glsl_lib_ism_gbuffer_glsl },
+    { (const char *)&glbk__glsl_lib_ism_hash_glsl },
+    { (const char *)&glbk__glsl_lib_ism_holes_glsl },
+    { (const char *)&glbk__glsl_lib_ism_inter_texel_glsl },
+    { (const char *)&glbk__glsl_lib_ism_light_glsl },
+    { (const char *)&glbk__glsl_lib_ism_map_glsl },
+    { (const char *)&glbk__glsl_lib_ism_pulled_glsl },
+    { (const char *)&glbk__glsl_lib_ism_push_glsl },
+    { (const char *)&glbk__glsl_lib_ism_pvpl_glsl },
+    { (const char *)&glbk__glsl_lib_ism_scattering_glsl },
+    { (const char *)&glbk__glsl_lib_ism_search_glsl },
+    { (const char *)&glbk__glsl_lib_ism_view_glsl },
+    { (const char *)&glbk__glsl_prog_ism_blur_comp },
+    { (const char *)&glbk__glsl_prog_ism_blur_frag },
+    { (const char *)&glbk__glsl_prog_ism_bounce_frag },
+    { (const char *)&glbk__glsl_prog_ism_choose_frag },
+    { (const char *)&glbk__glsl_prog_ism_clusters_frag },
+    { (const char *)&glbk__glsl_prog_ism_counts_frag },
+    { (const char *)&glbk__glsl_prog_ism_edges_frag },
+    { (const char *)&glbk__glsl_prog_ism_effect_frag },
+    { (const char *)&glbk__glsl_prog_ism_extent_frag },
+    { (const char *)&glbk__glsl_prog_ism_fill_comp },
+    { (const char *)&glbk__glsl_prog_ism_holes_frag },
+    { (const char *)&glbk__glsl_prog_ism_pairs_frag },
+    { (const char *)&glbk__glsl_prog_ism_points_frag },
+    { (const char *)&glbk__glsl_prog_ism_pull_frag },
+    { (const char *)&glbk__glsl_prog_ism_push_frag },
+    { (const char *)&glbk__glsl_prog_ism_receivers_frag },
+    { (const char *)&glbk__glsl_prog_ism_resolve_frag },
+    { (const char *)&glbk__glsl_prog_ism_run_frag },
+    { (const char *)&glbk__glsl_prog_ism_scan_frag },
+    { (const char *)&glbk__glsl_prog_ism_seen_frag },
+    { (const char *)&glbk__glsl_prog_ism_shade_comp },
+    { (const char *)&glbk__glsl_prog_ism_shade_frag },
+    { (const char *)&glbk__glsl_prog_ism_shares_frag },
+    { (const char *)&glbk__glsl_prog_ism_sights_frag },
+    { (const char *)&glbk__glsl_prog_ism_sizes_frag },
+    { (const char *)&glbk__glsl_prog_ism_splat_comp },
+    { (const char *)&glbk__glsl_prog_ism_splat_frag },
+    { (const char *)&glbk__glsl_prog_ism_splat_vert },
+    { (const char *)&glbk__glsl_prog_ism_weigh_frag },
+    { (const char *)&glbk__glsl_prog_ism_windows_frag }
 };
 
 

@@ -176,9 +176,8 @@ typedef struct glbk_file {      /* one file of GLSL, as a header holds it: strin
     const char *name;           /* "lib/table.glsl", "prog/copy.frag". Private strings follow it: the bare
                                    names of the library files that go before this one, the vertex shader that
                                    a .frag goes with, the define sets that are tested, separated by " | ", and
-                                   the uniform block that the file declares and nothing else */
-    const char *text;           /* without comments and idle blanks. It comes in pieces: the others follow the
-                                   first, and an empty string follows the last */
+                                   the uniform block that the file declares and nothing else. Behind them is
+                                   what glbk_file_text returns */
 } glbk_file;
 
 typedef struct glbk_slot { const char *name; uint32_t slot; } glbk_slot;
@@ -198,6 +197,11 @@ GLBK_DEF const glbk_file *glbk_find_file(const glbk_part *part, const char *name
 /* Returns a file of the part or else of the base by its name ("lib/table.glsl"), NULL if neither has it. It
    needs no context.
    part   NULL = the base's files alone */
+
+GLBK_DEF const char *glbk_file_text(const glbk_file *file);
+/* Returns a file's text without comments and idle blanks. It comes in pieces: the others follow the first,
+   each ended by 0, and an empty string follows the last.
+   file   NULL = NULL is returned */
 
 /* ---- programs that you link yourself ---- */
 
@@ -343,7 +347,7 @@ GLBK__DEF glbk_result glbk__program_of_parts(glbk_context *ctx, const glbk_part 
                                              const char *const texts[2], glbk_program *out);
 
 /* Returns one of the strings that follow the name of a file. */
-enum { GLBK__FILE_USES = 1, GLBK__FILE_WITH, GLBK__FILE_SETS, GLBK__FILE_BLOCK };
+enum { GLBK__FILE_USES = 1, GLBK__FILE_WITH, GLBK__FILE_SETS, GLBK__FILE_BLOCK, GLBK__FILE_TEXT };
 GLBK__DEF const char *glbk__file_fact(const glbk_file *file, int which);
 
 /* Text that is counted in `used` and written as far as there is room: glbk__append adds so many characters,
@@ -460,11 +464,17 @@ static inline glbk_prog__allocator glbk_prog__memory(const glbk_context *ctx)
 /* ==== GLSL of src/gl_programs ==== */
 
 
-static const struct { char s0[42]; char end; } glbk__glsl_lib_base_bindings_glsl = {
+static const struct { char facts[27];
+    char s0[42]; char end; } glbk__glsl_lib_base_bindings_glsl = {
+    "lib/base_bindings.glsl\0" "" "\0" "" "\0"
+    "" "\0" "",
     "\nuniform glbk_color_sampler glbk_source;\n", 0
 };
 
-static const struct { char s0[338]; char end; } glbk__glsl_lib_mesh_fragment_glsl = {
+static const struct { char facts[27];
+    char s0[338]; char end; } glbk__glsl_lib_mesh_fragment_glsl = {
+    "lib/mesh_fragment.glsl\0" "" "\0" "" "\0"
+    "" "\0" "",
     "\n\n#ifdef GLBK_OWN_FRAGMENT\n"
     "bool glbk_fragment(vec2 uv,inout vec4 color);\n"
     "#else\n"
@@ -484,7 +494,10 @@ static const struct { char s0[338]; char end; } glbk__glsl_lib_mesh_fragment_gls
     "#endif\n", 0
 };
 
-static const struct { char s0[1217]; char end; } glbk__glsl_lib_mesh_vertex_glsl = {
+static const struct { char facts[25];
+    char s0[1217]; char end; } glbk__glsl_lib_mesh_vertex_glsl = {
+    "lib/mesh_vertex.glsl\0" "" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n#ifdef GLBK_OWN_VERTEX\n"
     "void glbk_vertex(out vec3 position,out vec3 normal,out vec2 uv,out vec4 tangent);\n"
     "#else\n"
@@ -536,7 +549,10 @@ static const struct { char s0[1217]; char end; } glbk__glsl_lib_mesh_vertex_glsl
     "#endif\n", 0
 };
 
-static const struct { char s0[844]; char end; } glbk__glsl_lib_prelude_glsl = {
+static const struct { char facts[21];
+    char s0[844]; char end; } glbk__glsl_lib_prelude_glsl = {
+    "lib/prelude.glsl\0" "" "\0" "" "\0"
+    "" "\0" "",
     "\n#ifdef GL_ES\n"
     "precision highp float;\n"
     "precision highp int;\n"
@@ -567,14 +583,20 @@ static const struct { char s0[844]; char end; } glbk__glsl_lib_prelude_glsl = {
     "#endif\n", 0
 };
 
-static const struct { char s0[82]; char end; } glbk__glsl_lib_table_glsl = {
+static const struct { char facts[19];
+    char s0[82]; char end; } glbk__glsl_lib_table_glsl = {
+    "lib/table.glsl\0" "" "\0" "" "\0"
+    "" "\0" "",
     "\nivec3 glbk_table_at(uint i)\n"
     "{\n"
     "return ivec3(uvec3(i&1023u,i>>10&1023u,i>>20));\n"
     "}\n", 0
 };
 
-static const struct { char s0[307]; char end; } glbk__glsl_prog_copy_frag = {
+static const struct { char facts[55];
+    char s0[307]; char end; } glbk__glsl_prog_copy_frag = {
+    "prog/copy.frag\0" "base_bindings" "\0" "" "\0"
+    "TO_COLOR=0 | TO_COLOR=1" "\0" "",
     "\n\n\n\n\n#ifndef TO_COLOR\n"
     "#define TO_COLOR 0\n"
     "#endif\n"
@@ -594,7 +616,10 @@ static const struct { char s0[307]; char end; } glbk__glsl_prog_copy_frag = {
     "}\n", 0
 };
 
-static const struct { char s0[87]; char end; } glbk__glsl_prog_screen_vert = {
+static const struct { char facts[21];
+    char s0[87]; char end; } glbk__glsl_prog_screen_vert = {
+    "prog/screen.vert\0" "" "\0" "" "\0"
+    "" "\0" "",
     "\nvoid main()\n"
     "{\n"
     "gl_Position=vec4(gl_VertexID==1?3.:-1.,gl_VertexID==2?3.:-1.,.0,1.);\n"
@@ -602,27 +627,13 @@ static const struct { char s0[87]; char end; } glbk__glsl_prog_screen_vert = {
 };
 
 static const glbk_file glbk__base_files[] = {
-    { "lib/base_bindings.glsl\0" "" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_base_bindings_glsl },
-    { "lib/mesh_fragment.glsl\0" "" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_mesh_fragment_glsl },
-    { "lib/mesh_vertex.glsl\0" "" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_mesh_vertex_glsl },
-    { "lib/prelude.glsl\0" "" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_prelude_glsl },
-    { "lib/table.glsl\0" "" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_table_glsl },
-    { "prog/copy.frag\0" "base_bindings" "\0" "" "\0"
-      "TO_COLOR=0 | TO_COLOR=1" "\0" "",
-      (const char *)&glbk__glsl_prog_copy_frag },
-    { "prog/screen.vert\0" "" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_prog_screen_vert }
+    { (const char *)&glbk__glsl_lib_base_bindings_glsl },
+    { (const char *)&glbk__glsl_lib_mesh_fragment_glsl },
+    { (const char *)&glbk__glsl_lib_mesh_vertex_glsl },
+    { (const char *)&glbk__glsl_lib_prelude_glsl },
+    { (const char *)&glbk__glsl_lib_table_glsl },
+    { (const char *)&glbk__glsl_prog_copy_frag },
+    { (const char *)&glbk__glsl_prog_screen_vert }
 };
 
 
@@ -665,6 +676,11 @@ GLBK__DEF const char *glbk__file_fact(const glbk_file *file, int which)
     const char *s = file->name;
     while (which--) s += strlen(s) + 1;
     return s;
+}
+
+GLBK_DEF const char *glbk_file_text(const glbk_file *file)
+{
+    return file ? glbk__file_fact(file, GLBK__FILE_TEXT) : NULL;
 }
 
 GLBK_DEF const glbk_file *glbk_find_file(const glbk_part *part, const char *name)
@@ -821,7 +837,7 @@ static void glbk__append_line(glbk__sink *sink, uint32_t n)
 GLBK__DEF void glbk__append_file(glbk__sink *sink, const glbk_file *file)
 {
     const char *s;
-    for (s = file->text; *s; s += strlen(s) + 1) glbk__append_text(sink, s);
+    for (s = glbk_file_text(file); *s; s += strlen(s) + 1) glbk__append_text(sink, s);
 }
 
 static int glbk__is_value(char c) { return glbk__is_name(c) || c == '.' || c == '-'; }

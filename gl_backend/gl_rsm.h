@@ -931,7 +931,10 @@ static inline GLBK_RSM__COLD void glbk_rsm__message_number(glbk_rsm__message *m,
 /* ==== GLSL of src/gl_rsm ==== */
 
 
-static const struct { char s0[647]; char end; } glbk__glsl_lib_rsm_access_glsl = {
+static const struct { char facts[44];
+    char s0[647]; char end; } glbk__glsl_lib_rsm_access_glsl = {
+    "lib/rsm_access.glsl\0" "rsm_bindings rsm_map" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\n#define RSM_TEXEL(t, k) texelFetch(glbk_rsm_texels, ivec3((t).xy, 3 * (t).z + (k)), 0)\n"
     "\n#define RSM_ROW_SUM(t) uintBitsToFloat(texelFetch(glbk_rsm_sums, t, 0).x)\n"
     "#define RSM_ROWS_SUM(y, face) uintBitsToFloat(texelFetch(glbk_rsm_rows, ivec3(y, 0, face), 0).x)\n"
@@ -944,7 +947,10 @@ static const struct { char s0[647]; char end; } glbk__glsl_lib_rsm_access_glsl =
     "#define RSM_MATERIAL(i) texelFetch(glbk_rsm_materials, ivec2(int(i), 0), 0)\n", 0
 };
 
-static const struct { char s0[1462]; char end; } glbk__glsl_lib_rsm_bindings_glsl = {
+static const struct { char facts[26];
+    char s0[1462]; char end; } glbk__glsl_lib_rsm_bindings_glsl = {
+    "lib/rsm_bindings.glsl\0" "" "\0" "" "\0"
+    "" "\0" "",
     "\nuniform usampler2DArray glbk_rsm_texels,glbk_rsm_sums,glbk_rsm_rows,glbk_rsm_lights;\n"
     "uniform sampler2D glbk_rsm_pattern,glbk_rsm_noise,glbk_rsm_materials;\n"
     "uniform glbk_color_sampler glbk_rsm_sum,glbk_rsm_states,glbk_rsm_coarse,\n"
@@ -971,7 +977,10 @@ static const struct { char s0[1462]; char end; } glbk__glsl_lib_rsm_bindings_gls
     "#endif\n", 0
 };
 
-static const struct { char s0[980]; char end; } glbk__glsl_lib_rsm_bounce_glsl = {
+static const struct { char facts[58];
+    char s0[980]; char end; } glbk__glsl_lib_rsm_bounce_glsl = {
+    "lib/rsm_bounce.glsl\0" "rsm_screen rsm_gather rsm_sampling" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\nvec2 rsm_turn(ivec2 at)\n"
     "{\n"
     "uint noise=glbk_rsm_frame.noise_side;\n"
@@ -1000,7 +1009,10 @@ static const struct { char s0[980]; char end; } glbk__glsl_lib_rsm_bounce_glsl =
     "}\n", 0
 };
 
-static const struct { char s0[396]; char end; } glbk__glsl_lib_rsm_bound_glsl = {
+static const struct { char facts[40];
+    char s0[396]; char end; } glbk__glsl_lib_rsm_bound_glsl = {
+    "lib/rsm_bound.glsl\0" "rsm_map rsm_light" "\0" "" "\0"
+    "" "\0" "",
     "\n\nrsm_light rsm_bound()\n"
     "{\n"
     "rsm_light l;\n"
@@ -1018,14 +1030,20 @@ static const struct { char s0[396]; char end; } glbk__glsl_lib_rsm_bound_glsl = 
     "}\n", 0
 };
 
-static const struct { char s0[183]; char end; } glbk__glsl_lib_rsm_chunk_glsl = {
+static const struct { char facts[23];
+    char s0[183]; char end; } glbk__glsl_lib_rsm_chunk_glsl = {
+    "lib/rsm_chunk.glsl\0" "" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n#define RSM_CHUNK 64u\n"
     "shared uvec4 rsm_chunk[4u*RSM_CHUNK];\n"
     "#define RSM_LIGHT(i, k) rsm_chunk[RSM_CHUNK * uint(k) + (i)]\n"
     "#define RSM_POINT_AT(i) uintBitsToFloat(rsm_chunk[i].xyz)\n", 0
 };
 
-static const struct { char s0[1638]; char end; } glbk__glsl_lib_rsm_direct_glsl = {
+static const struct { char facts[44];
+    char s0[1638]; char end; } glbk__glsl_lib_rsm_direct_glsl = {
+    "lib/rsm_direct.glsl\0" "rsm_access rsm_bound" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\n\nfloat rsm_unshadowed(rsm_light l,vec3 p,vec3 n)\n"
     "{\n"
     "vec3 to=rsm_to_light(l,p),d=p-l.position;\n"
@@ -1072,7 +1090,10 @@ static const struct { char s0[1638]; char end; } glbk__glsl_lib_rsm_direct_glsl 
     "}\n", 0
 };
 
-static const struct { char s0[188]; char end; } glbk__glsl_lib_rsm_drawn_glsl = {
+static const struct { char facts[37];
+    char s0[188]; char end; } glbk__glsl_lib_rsm_drawn_glsl = {
+    "lib/rsm_drawn.glsl\0" "" "\0" "" "\0"
+    "" "\0" "glbk_rsm_drawn",
     "\nlayout(std140)uniform glbk_rsm_drawn_block{\n"
     "mat4 transform,clip;\n"
     "vec4 albedo,eye;\n"
@@ -1081,7 +1102,10 @@ static const struct { char s0[188]; char end; } glbk__glsl_lib_rsm_drawn_glsl = 
     "}glbk_rsm_drawn;\n", 0
 };
 
-static const struct { char s0[494]; char end; } glbk__glsl_lib_rsm_frame_glsl = {
+static const struct { char facts[37];
+    char s0[494]; char end; } glbk__glsl_lib_rsm_frame_glsl = {
+    "lib/rsm_frame.glsl\0" "" "\0" "" "\0"
+    "" "\0" "glbk_rsm_frame",
     "\nlayout(std140)uniform glbk_rsm_frame_block{\n"
     "uint interleave,point_count,noise_side,material_count,first_light,end_light,\n"
     "set_room,adds,seed,light_count,first_run,taps,width,height,face,stride,mode,\n"
@@ -1092,7 +1116,10 @@ static const struct { char s0[494]; char end; } glbk__glsl_lib_rsm_frame_glsl = 
     "}glbk_rsm_frame;\n", 0
 };
 
-static const struct { char s0[3982]; char s1[3241]; char end; } glbk__glsl_lib_rsm_gather_glsl = {
+static const struct { char facts[32];
+    char s0[3982]; char s1[3241]; char end; } glbk__glsl_lib_rsm_gather_glsl = {
+    "lib/rsm_gather.glsl\0" "rsm_pick" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\n#ifndef RSM_SURFACES\n"
     "#define RSM_SURFACES 0\n"
     "#endif\n"
@@ -1321,7 +1348,10 @@ static const struct { char s0[3982]; char s1[3241]; char end; } glbk__glsl_lib_r
     "}\n", 0
 };
 
-static const struct { char s0[1792]; char end; } glbk__glsl_lib_rsm_grid_glsl = {
+static const struct { char facts[32];
+    char s0[1792]; char end; } glbk__glsl_lib_rsm_grid_glsl = {
+    "lib/rsm_grid.glsl\0" "rsm_screen" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\n\nbool rsm_node(ivec2 at,out rsm_receiver s,out vec4 node);\n"
     "\n\n\nvoid rsm_grid_lines(int at,int step,int size,out ivec2 line,out float share)\n"
     "{\n"
@@ -1376,7 +1406,10 @@ static const struct { char s0[1792]; char end; } glbk__glsl_lib_rsm_grid_glsl = 
     "}\n", 0
 };
 
-static const struct { char s0[266]; char end; } glbk__glsl_lib_rsm_imported_glsl = {
+static const struct { char facts[43];
+    char s0[266]; char end; } glbk__glsl_lib_rsm_imported_glsl = {
+    "lib/rsm_imported.glsl\0" "" "\0" "" "\0"
+    "" "\0" "glbk_rsm_imported",
     "\nlayout(std140)uniform glbk_rsm_imported_block{\n"
     "mat4 to_world;\n"
     "vec4 color;\n"
@@ -1386,7 +1419,10 @@ static const struct { char s0[266]; char end; } glbk__glsl_lib_rsm_imported_glsl
     "}glbk_rsm_imported;\n", 0
 };
 
-static const struct { char s0[172]; char end; } glbk__glsl_lib_rsm_light_glsl = {
+static const struct { char facts[37];
+    char s0[172]; char end; } glbk__glsl_lib_rsm_light_glsl = {
+    "lib/rsm_light.glsl\0" "" "\0" "" "\0"
+    "" "\0" "glbk_rsm_light",
     "\nlayout(std140)uniform glbk_rsm_light_block{\n"
     "vec4 position,right,up,axis,value;\n"
     "float extent,cos_half;\n"
@@ -1394,7 +1430,10 @@ static const struct { char s0[172]; char end; } glbk__glsl_lib_rsm_light_glsl = 
     "}glbk_rsm_light;\n", 0
 };
 
-static const struct { char s0[2126]; char end; } glbk__glsl_lib_rsm_lists_glsl = {
+static const struct { char facts[33];
+    char s0[2126]; char end; } glbk__glsl_lib_rsm_lists_glsl = {
+    "lib/rsm_lists.glsl\0" "rsm_screen" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\n#ifndef RSM_GROUP\n"
     "#define RSM_GROUP 64\n"
     "#endif\n"
@@ -1449,7 +1488,10 @@ static const struct { char s0[2126]; char end; } glbk__glsl_lib_rsm_lists_glsl =
     "}\n", 0
 };
 
-static const struct { char s0[3006]; char end; } glbk__glsl_lib_rsm_map_glsl = {
+static const struct { char facts[21];
+    char s0[3006]; char end; } glbk__glsl_lib_rsm_map_glsl = {
+    "lib/rsm_map.glsl\0" "" "\0" "" "\0"
+    "" "\0" "",
     "\nconst int RSM_SUN=1;\n"
     "const int RSM_SPOT=2;\n"
     "const int RSM_SQUARE_SPOT=3;\n"
@@ -1553,7 +1595,10 @@ static const struct { char s0[3006]; char end; } glbk__glsl_lib_rsm_map_glsl = {
     "\n\nfloat rsm_mean3(vec3 v){return(v.x+v.y+v.z)*(1./3.);}\n", 0
 };
 
-static const struct { char s0[1447]; char end; } glbk__glsl_lib_rsm_pick_glsl = {
+static const struct { char facts[42];
+    char s0[1447]; char end; } glbk__glsl_lib_rsm_pick_glsl = {
+    "lib/rsm_pick.glsl\0" "rsm_access rsm_bound" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\nuint rsm_hash32(uint x)\n"
     "{\n"
     "uint state=x*747796405u+2891336453u;\n"
@@ -1608,7 +1653,10 @@ static const struct { char s0[1447]; char end; } glbk__glsl_lib_rsm_pick_glsl = 
     "}\n", 0
 };
 
-static const struct { char s0[389]; char end; } glbk__glsl_lib_rsm_sampling_glsl = {
+static const struct { char facts[46];
+    char s0[389]; char end; } glbk__glsl_lib_rsm_sampling_glsl = {
+    "lib/rsm_sampling.glsl\0" "rsm_gather rsm_frame" "\0" "" "\0"
+    "" "\0" "",
     "\n\nrsm_sampling rsm_bound_sampling()\n"
     "{\n"
     "rsm_sampling s;\n"
@@ -1625,7 +1673,10 @@ static const struct { char s0[389]; char end; } glbk__glsl_lib_rsm_sampling_glsl
     "}\n", 0
 };
 
-static const struct { char s0[1503]; char end; } glbk__glsl_lib_rsm_screen_glsl = {
+static const struct { char facts[52];
+    char s0[1503]; char end; } glbk__glsl_lib_rsm_screen_glsl = {
+    "lib/rsm_screen.glsl\0" "rsm_access gbuffer rsm_frame" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\n#define RSM_NONE 0.0\n"
     "#define RSM_PENDING 1.0\n"
     "#define RSM_INTERPOLATED 2.0\n"
@@ -1679,7 +1730,10 @@ static const struct { char s0[1503]; char end; } glbk__glsl_lib_rsm_screen_glsl 
     "}\n", 0
 };
 
-static const struct { char s0[600]; char end; } glbk__glsl_lib_rsm_smooth_glsl = {
+static const struct { char facts[34];
+    char s0[600]; char end; } glbk__glsl_lib_rsm_smooth_glsl = {
+    "lib/rsm_smooth.glsl\0" "rsm_screen" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\n\n\nbool rsm_neighbour(ivec2 at,ivec2 off,out rsm_receiver s,out vec3 light);\n"
     "\n\nvec4 rsm_smooth(ivec2 at,rsm_receiver r,vec4 sum)\n"
     "{\n"
@@ -1702,7 +1756,10 @@ static const struct { char s0[600]; char end; } glbk__glsl_lib_rsm_smooth_glsl =
     "}\n", 0
 };
 
-static const struct { char s0[571]; char end; } glbk__glsl_prog_rsm_begin_comp = {
+static const struct { char facts[33];
+    char s0[571]; char end; } glbk__glsl_prog_rsm_begin_comp = {
+    "prog/rsm_begin.comp\0" "rsm_lists" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\nlayout(local_size_x=8,local_size_y=8)in;\n"
     "\nvoid main()\n"
     "{\n"
@@ -1721,7 +1778,10 @@ static const struct { char s0[571]; char end; } glbk__glsl_prog_rsm_begin_comp =
     "}\n", 0
 };
 
-static const struct { char s0[396]; char end; } glbk__glsl_prog_rsm_direct_frag = {
+static const struct { char facts[46];
+    char s0[396]; char end; } glbk__glsl_prog_rsm_direct_frag = {
+    "prog/rsm_direct.frag\0" "rsm_direct rsm_screen" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\nlayout(location=0)out glbk_color result;\n"
     "\nvoid main()\n"
     "{\n"
@@ -1738,7 +1798,10 @@ static const struct { char s0[396]; char end; } glbk__glsl_prog_rsm_direct_frag 
     "}\n", 0
 };
 
-static const struct { char s0[1440]; char end; } glbk__glsl_prog_rsm_fill_frag = {
+static const struct { char facts[82];
+    char s0[1440]; char end; } glbk__glsl_prog_rsm_fill_frag = {
+    "prog/rsm_fill.frag\0" "rsm_bindings rsm_bound mesh_fragment rsm_drawn" "\0" "rsm_fill.vert" "\0"
+    "" "\0" "",
     "\n\n\nin vec3 rsm_place,rsm_facing;\n"
     "in vec2 rsm_uv;\n"
     "layout(location=0)out uvec4 rsm_out_place;\n"
@@ -1773,7 +1836,10 @@ static const struct { char s0[1440]; char end; } glbk__glsl_prog_rsm_fill_frag =
     "}\n", 0
 };
 
-static const struct { char s0[392]; char end; } glbk__glsl_prog_rsm_fill_vert = {
+static const struct { char facts[57];
+    char s0[392]; char end; } glbk__glsl_prog_rsm_fill_vert = {
+    "prog/rsm_fill.vert\0" "rsm_bindings mesh_vertex rsm_drawn" "\0" "" "\0"
+    "" "\0" "",
     "\n\nout vec3 rsm_place,rsm_facing;\n"
     "out vec2 rsm_uv;\n"
     "\nvoid main()\n"
@@ -1790,7 +1856,10 @@ static const struct { char s0[392]; char end; } glbk__glsl_prog_rsm_fill_vert = 
     "}\n", 0
 };
 
-static const struct { char s0[2148]; char end; } glbk__glsl_prog_rsm_gather_comp = {
+static const struct { char facts[122];
+    char s0[2148]; char end; } glbk__glsl_prog_rsm_gather_comp = {
+    "prog/rsm_gather.comp\0" "rsm_chunk rsm_bounce rsm_lists" "\0" "" "\0"
+    "NODES=0 | NODES=1 | NODES=0 RSM_SURFACES=1 | NODES=1 RSM_SURFACES=1" "\0" "",
     "\n\n\n\n\n\n#ifndef NODES\n"
     "#define NODES 0\n"
     "#endif\n"
@@ -1867,7 +1936,10 @@ static const struct { char s0[2148]; char end; } glbk__glsl_prog_rsm_gather_comp
     "}\n", 0
 };
 
-static const struct { char s0[1427]; char end; } glbk__glsl_prog_rsm_gather_frag = {
+static const struct { char facts[66];
+    char s0[1427]; char end; } glbk__glsl_prog_rsm_gather_frag = {
+    "prog/rsm_gather.frag\0" "rsm_bounce" "\0" "" "\0"
+    "RSM_SURFACES=0 | RSM_SURFACES=1" "\0" "",
     "\n\n\n\n\nlayout(location=0)out glbk_color result;\n"
     "\n\n\nbool rsm_wanted(ivec2 at,int step,ivec2 size)\n"
     "{\n"
@@ -1909,7 +1981,10 @@ static const struct { char s0[1427]; char end; } glbk__glsl_prog_rsm_gather_frag
     "}\n", 0
 };
 
-static const struct { char s0[3994]; char s1[454]; char end; } glbk__glsl_prog_rsm_import_frag = {
+static const struct { char facts[84];
+    char s0[3994]; char s1[454]; char end; } glbk__glsl_prog_rsm_import_frag = {
+    "prog/rsm_import.frag\0" "rsm_bindings rsm_imported rsm_bound" "\0" "" "\0"
+    "KIND=0 | KIND=1 | KIND=2" "\0" "",
     "\n\n\n\n#ifndef KIND\n"
     "#define KIND 0\n"
     "#endif\n"
@@ -2026,7 +2101,10 @@ static const struct { char s0[3994]; char s1[454]; char end; } glbk__glsl_prog_r
     "}\n", 0
 };
 
-static const struct { char s0[2107]; char end; } glbk__glsl_prog_rsm_interpolate_comp = {
+static const struct { char facts[76];
+    char s0[2107]; char end; } glbk__glsl_prog_rsm_interpolate_comp = {
+    "prog/rsm_interpolate.comp\0" "rsm_lists rsm_grid" "\0" "" "\0"
+    "RSM_GROUP=256 | RSM_GROUP=64" "\0" "",
     "\n\n\n\n\nlayout(local_size_x=RSM_GROUP)in;\n"
     "\n#if RSM_GROUP == 256\n"
     "\nconst int SIDE=9;\n"
@@ -2098,7 +2176,10 @@ static const struct { char s0[2107]; char end; } glbk__glsl_prog_rsm_interpolate
     "}\n", 0
 };
 
-static const struct { char s0[809]; char end; } glbk__glsl_prog_rsm_interpolate_frag = {
+static const struct { char facts[38];
+    char s0[809]; char end; } glbk__glsl_prog_rsm_interpolate_frag = {
+    "prog/rsm_interpolate.frag\0" "rsm_grid" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\nlayout(location=0)out glbk_color result;\n"
     "\nbool rsm_node(ivec2 at,out rsm_receiver s,out vec4 node)\n"
     "{\n"
@@ -2125,7 +2206,10 @@ static const struct { char s0[809]; char end; } glbk__glsl_prog_rsm_interpolate_
     "}\n", 0
 };
 
-static const struct { char s0[1776]; char end; } glbk__glsl_prog_rsm_pick_frag = {
+static const struct { char facts[56];
+    char s0[1776]; char end; } glbk__glsl_prog_rsm_pick_frag = {
+    "prog/rsm_pick.frag\0" "rsm_gather rsm_frame" "\0" "" "\0"
+    "ALL=0 | ALL=1" "\0" "",
     "\n\n\n\n\n#ifndef ALL\n"
     "#define ALL 0\n"
     "#endif\n"
@@ -2173,7 +2257,10 @@ static const struct { char s0[1776]; char end; } glbk__glsl_prog_rsm_pick_frag =
     "}\n", 0
 };
 
-static const struct { char s0[2067]; char end; } glbk__glsl_prog_rsm_recall_frag = {
+static const struct { char facts[45];
+    char s0[2067]; char end; } glbk__glsl_prog_rsm_recall_frag = {
+    "prog/rsm_recall.frag\0" "rsm_screen rsm_drawn" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\nlayout(location=0)out glbk_color result;\n"
     "layout(location=1)out uvec4 rsm_out_place;\n"
     "layout(location=2)out uvec4 rsm_out_normal;\n"
@@ -2241,7 +2328,10 @@ static const struct { char s0[2067]; char end; } glbk__glsl_prog_rsm_recall_frag
     "}\n", 0
 };
 
-static const struct { char s0[428]; char end; } glbk__glsl_prog_rsm_resolve_frag = {
+static const struct { char facts[62];
+    char s0[428]; char end; } glbk__glsl_prog_rsm_resolve_frag = {
+    "prog/rsm_resolve.frag\0" "rsm_access gbuffer picture rsm_frame" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\nlayout(location=0)out vec4 result;\n"
     "\nvoid main()\n"
     "{\n"
@@ -2256,7 +2346,10 @@ static const struct { char s0[428]; char end; } glbk__glsl_prog_rsm_resolve_frag
     "}\n", 0
 };
 
-static const struct { char s0[780]; char end; } glbk__glsl_prog_rsm_scan_comp = {
+static const struct { char facts[46];
+    char s0[780]; char end; } glbk__glsl_prog_rsm_scan_comp = {
+    "prog/rsm_scan.comp\0" "rsm_pick" "\0" "" "\0"
+    "ROWS=0 | ROWS=1" "\0" "",
     "\n\n\n\n\n\n#ifndef ROWS\n"
     "#define ROWS 0\n"
     "#endif\n"
@@ -2290,7 +2383,10 @@ static const struct { char s0[780]; char end; } glbk__glsl_prog_rsm_scan_comp = 
     "}\n", 0
 };
 
-static const struct { char s0[520]; char end; } glbk__glsl_prog_rsm_scan_frag = {
+static const struct { char facts[74];
+    char s0[520]; char end; } glbk__glsl_prog_rsm_scan_frag = {
+    "prog/rsm_scan.frag\0" "rsm_pick rsm_frame" "\0" "" "\0"
+    "FROM=0 | FROM=1 | FROM=2 | FROM=3" "\0" "",
     "\n\n\n\n\n#ifndef FROM\n"
     "#define FROM 0\n"
     "#endif\n"
@@ -2315,7 +2411,10 @@ static const struct { char s0[520]; char end; } glbk__glsl_prog_rsm_scan_frag = 
     "}\n", 0
 };
 
-static const struct { char s0[1398]; char end; } glbk__glsl_prog_rsm_smooth_comp = {
+static const struct { char facts[35];
+    char s0[1398]; char end; } glbk__glsl_prog_rsm_smooth_comp = {
+    "prog/rsm_smooth.comp\0" "rsm_smooth" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\nlayout(local_size_x=16,local_size_y=16)in;\n"
     "const int SIDE=18;\n"
     "shared vec4 rsm_places[SIDE*SIDE];\n"
@@ -2358,7 +2457,10 @@ static const struct { char s0[1398]; char end; } glbk__glsl_prog_rsm_smooth_comp
     "}\n", 0
 };
 
-static const struct { char s0[592]; char end; } glbk__glsl_prog_rsm_smooth_frag = {
+static const struct { char facts[35];
+    char s0[592]; char end; } glbk__glsl_prog_rsm_smooth_frag = {
+    "prog/rsm_smooth.frag\0" "rsm_smooth" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\nlayout(location=0)out glbk_color result;\n"
     "\nbool rsm_neighbour(ivec2 at,ivec2 off,out rsm_receiver s,out vec3 light)\n"
     "{\n"
@@ -2379,7 +2481,10 @@ static const struct { char s0[592]; char end; } glbk__glsl_prog_rsm_smooth_frag 
     "}\n", 0
 };
 
-static const struct { char s0[531]; char end; } glbk__glsl_prog_rsm_stats_frag = {
+static const struct { char facts[57];
+    char s0[531]; char end; } glbk__glsl_prog_rsm_stats_frag = {
+    "prog/rsm_stats.frag\0" "rsm_bindings rsm_access rsm_bound" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\nlayout(location=0)out uvec4 result;\n"
     "\nvoid main()\n"
     "{\n"
@@ -2400,111 +2505,41 @@ static const struct { char s0[531]; char end; } glbk__glsl_prog_rsm_stats_frag =
 };
 
 static const glbk_file glbk__rsm_files[] = {
-    { "lib/rsm_access.glsl\0" "rsm_bindings rsm_map" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_rsm_access_glsl },
-    { "lib/rsm_bindings.glsl\0" "" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_rsm_bindings_glsl },
-    { "lib/rsm_bounce.glsl\0" "rsm_screen rsm_gather rsm_sampling" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_rsm_bounce_glsl },
-    { "lib/rsm_bound.glsl\0" "rsm_map rsm_light" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_rsm_bound_glsl },
-    { "lib/rsm_chunk.glsl\0" "" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_rsm_chunk_glsl },
-    { "lib/rsm_direct.glsl\0" "rsm_access rsm_bound" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_rsm_direct_glsl },
-    { "lib/rsm_drawn.glsl\0" "" "\0" "" "\0"
-      "" "\0" "glbk_rsm_drawn",
-      (const char *)&glbk__glsl_lib_rsm_drawn_glsl },
-    { "lib/rsm_frame.glsl\0" "" "\0" "" "\0"
-      "" "\0" "glbk_rsm_frame",
-      (const char *)&glbk__glsl_lib_rsm_frame_glsl },
-    { "lib/rsm_gather.glsl\0" "rsm_pick" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_rsm_gather_glsl },
-    { "lib/rsm_grid.glsl\0" "rsm_screen" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_rsm_grid_glsl },
-    { "lib/rsm_imported.glsl\0" "" "\0" "" "\0"
-      "" "\0" "glbk_rsm_imported",
-      (const char *)&glbk__glsl_lib_rsm_imported_glsl },
-    { "lib/rsm_light.glsl\0" "" "\0" "" "\0"
-      "" "\0" "glbk_rsm_light",
-      (const char *)&glbk__glsl_lib_rsm_light_glsl },
-    { "lib/rsm_lists.glsl\0" "rsm_screen" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_rsm_lists_glsl },
-    { "lib/rsm_map.glsl\0" "" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_rsm_map_glsl },
-    { "lib/rsm_pick.glsl\0" "rsm_access rsm_bound" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_rsm_pick_glsl },
-    { "lib/rsm_sampling.glsl\0" "rsm_gather rsm_frame" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_rsm_sampling_glsl },
-    { "lib/rsm_screen.glsl\0" "rsm_access gbuffer rsm_frame" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_rsm_screen_glsl },
-    { "lib/rsm_smooth.glsl\0" "rsm_screen" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_rsm_smooth_glsl },
-    { "prog/rsm_begin.comp\0" "rsm_lists" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_prog_rsm_begin_comp },
-    { "prog/rsm_direct.frag\0" "rsm_direct rsm_screen" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_prog_rsm_direct_frag },
-    { "prog/rsm_fill.frag\0" "rsm_bindings rsm_bound mesh_fragment rsm_drawn" "\0" "rsm_fill.vert" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_prog_rsm_fill_frag },
-    { "prog/rsm_fill.vert\0" "rsm_bindings mesh_vertex rsm_drawn" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_prog_rsm_fill_vert },
-    { "prog/rsm_gather.comp\0" "rsm_chunk rsm_bounce rsm_lists" "\0" "" "\0"
-      "NODES=0 | NODES=1 | NODES=0 RSM_SURFACES=1 | NODES=1 RSM_SURFACES=1" "\0" "",
-      (const char *)&glbk__glsl_prog_rsm_gather_comp },
-    { "prog/rsm_gather.frag\0" "rsm_bounce" "\0" "" "\0"
-      "RSM_SURFACES=0 | RSM_SURFACES=1" "\0" "",
-      (const char *)&glbk__glsl_prog_rsm_gather_frag },
-    { "prog/rsm_import.frag\0" "rsm_bindings rsm_imported rsm_bound" "\0" "" "\0"
-      "KIND=0 | KIND=1 | KIND=2" "\0" "",
-      (const char *)&glbk__glsl_prog_rsm_import_frag },
-    { "prog/rsm_interpolate.comp\0" "rsm_lists rsm_grid" "\0" "" "\0"
-      "RSM_GROUP=256 | RSM_GROUP=64" "\0" "",
-      (const char *)&glbk__glsl_prog_rsm_interpolate_comp },
-    { "prog/rsm_interpolate.frag\0" "rsm_grid" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_prog_rsm_interpolate_frag },
-    { "prog/rsm_pick.frag\0" "rsm_gather rsm_frame" "\0" "" "\0"
-      "ALL=0 | ALL=1" "\0" "",
-      (const char *)&glbk__glsl_prog_rsm_pick_frag },
-    { "prog/rsm_recall.frag\0" "rsm_screen rsm_drawn" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_prog_rsm_recall_frag },
-    { "prog/rsm_resolve.frag\0" "rsm_access gbuffer picture rsm_frame" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_prog_rsm_resolve_frag },
-    { "prog/rsm_scan.comp\0" "rsm_pick" "\0" "" "\0"
-      "ROWS=0 | ROWS=1" "\0" "",
-      (const char *)&glbk__glsl_prog_rsm_scan_comp },
-    { "prog/rsm_scan.frag\0" "rsm_pick rsm_frame" "\0" "" "\0"
-      "FROM=0 | FROM=1 | FROM=2 | FROM=3" "\0" "",
-      (const char *)&glbk__glsl_prog_rsm_scan_frag },
-    { "prog/rsm_smooth.comp\0" "rsm_smooth" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_prog_rsm_smooth_comp },
-    { "prog/rsm_smooth.frag\0" "rsm_smooth" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_prog_rsm_smooth_frag },
-    { "prog/rsm_stats.frag\0" "rsm_bindings rsm_access rsm_bound" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_prog_rsm_stats_frag }
+    { (const char *)&glbk__glsl_lib_rsm_access_glsl },
+    { (const char *)&glbk__glsl_lib_rsm_bindings_glsl },
+    { (const char *)&glbk__glsl_lib_rsm_bounce_glsl },
+    { (const char *)&glbk__glsl_lib_rsm_bound_glsl },
+    { (const char *)&glbk__glsl_lib_rsm_chunk_glsl },
+    { (const char *)&glbk__glsl_lib_rsm_direct_glsl },
+    { (const char *)&glbk__glsl_lib_rsm_drawn_glsl },
+    { (const char *)&glbk__glsl_lib_rsm_frame_glsl },
+    { (const char *)&glbk__glsl_lib_rsm_gather_glsl },
+    { (const char *)&glbk__glsl_lib_rsm_grid_glsl },
+    { (const char *)&glbk__glsl_lib_rsm_imported_glsl },
+    { (const char *)&glbk__glsl_lib_rsm_light_glsl },
+    { (const char *)&glbk__glsl_lib_rsm_lists_glsl },
+    { (const char *)&glbk__glsl_lib_rsm_map_glsl },
+    { (const char *)&glbk__glsl_lib_rsm_pick_glsl },
+    { (const char *)&glbk__glsl_lib_rsm_sampling_glsl },
+    { (const char *)&glbk__glsl_lib_rsm_screen_glsl },
+    { (const char *)&glbk__glsl_lib_rsm_smooth_glsl },
+    { (const char *)&glbk__glsl_prog_rsm_begin_comp },
+    { (const char *)&glbk__glsl_prog_rsm_direct_frag },
+    { (const char *)&glbk__glsl_prog_rsm_fill_frag },
+    { (const char *)&glbk__glsl_prog_rsm_fill_vert },
+    { (const char *)&glbk__glsl_prog_rsm_gather_comp },
+    { (const char *)&glbk__glsl_prog_rsm_gather_frag },
+    { (const char *)&glbk__glsl_prog_rsm_import_frag },
+    { (const char *)&glbk__glsl_prog_rsm_interpolate_comp },
+    { (const char *)&glbk__glsl_prog_rsm_interpolate_frag },
+    { (const char *)&glbk__glsl_prog_rsm_pick_frag },
+    { (const char *)&glbk__glsl_prog_rsm_recall_frag },
+    { (const char *)&glbk__glsl_prog_rsm_resolve_frag },
+    { (const char *)&glbk__glsl_prog_rsm_scan_comp },
+    { (const char *)&glbk__glsl_prog_rsm_scan_frag },
+    { (const char *)&glbk__glsl_prog_rsm_smooth_comp },
+    { (const char *)&glbk__glsl_prog_rsm_smooth_frag },
+    { (const char *)&glbk__glsl_prog_rsm_stats_frag }
 };
 
 

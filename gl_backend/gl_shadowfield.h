@@ -829,7 +829,10 @@ static inline GLBK_SFIELD__COLD void glbk_sfield__log_index(const glbk_sfield__l
 /* ==== GLSL of src/gl_shadowfield ==== */
 
 
-static const struct { char s0[359]; char end; } glbk__glsl_lib_sfield_access_glsl = {
+static const struct { char facts[48];
+    char s0[359]; char end; } glbk__glsl_lib_sfield_access_glsl = {
+    "lib/sfield_access.glsl\0" "table sfield_bindings" "\0" "" "\0"
+    "" "\0" "",
     "\n\n#define SFIELD_TEXEL(i) texelFetch(glbk_sfield_table, glbk_table_at(i), 0)\n"
     "#define SFIELD_MOVING(i) texelFetch(glbk_sfield_moving, glbk_table_at(i), 0)\n"
     "#ifndef SFIELD_BANDS\n"
@@ -846,7 +849,10 @@ static const struct { char s0[359]; char end; } glbk__glsl_lib_sfield_access_gls
     "#endif\n", 0
 };
 
-static const struct { char s0[593]; char end; } glbk__glsl_lib_sfield_bindings_glsl = {
+static const struct { char facts[29];
+    char s0[593]; char end; } glbk__glsl_lib_sfield_bindings_glsl = {
+    "lib/sfield_bindings.glsl\0" "" "\0" "" "\0"
+    "" "\0" "",
     "\nuniform usampler2DArray glbk_sfield_table,glbk_sfield_moving,glbk_sfield_self;\n"
     "uniform usampler2D glbk_sfield_seen,glbk_sfield_cube;\n"
     "uniform usampler2DArray glbk_sfield_basis;\n"
@@ -859,7 +865,10 @@ static const struct { char s0[593]; char end; } glbk__glsl_lib_sfield_bindings_g
     "#endif\n", 0
 };
 
-static const struct { char s0[1988]; char end; } glbk__glsl_lib_sfield_brdf_glsl = {
+static const struct { char facts[67];
+    char s0[1988]; char end; } glbk__glsl_lib_sfield_brdf_glsl = {
+    "lib/sfield_brdf.glsl\0" "sfield_access sfield_field sfield_contents" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\n\n\n\n#define SFIELD_ROUGHNESSES 24\n"
     "#define SFIELD_ANGLES 48\n"
     "#define SFIELD_KERNEL ((SFIELD_BANDS * (SFIELD_BANDS + 1) / 2 + 3) / 4)\n"
@@ -917,14 +926,20 @@ static const struct { char s0[1988]; char end; } glbk__glsl_lib_sfield_brdf_glsl
     "#endif\n", 0
 };
 
-static const struct { char s0[173]; char end; } glbk__glsl_lib_sfield_contents_glsl = {
+static const struct { char facts[49];
+    char s0[173]; char end; } glbk__glsl_lib_sfield_contents_glsl = {
+    "lib/sfield_contents.glsl\0" "" "\0" "" "\0"
+    "" "\0" "glbk_sfield_contents",
     "\nlayout(std140)uniform glbk_sfield_contents_block{\n"
     "uint entity_texel,entity_count,light_count,wants_sky,term_texel,term_count,\n"
     "sky_texel,brdf_texel;\n"
     "}glbk_sfield_contents;\n", 0
 };
 
-static const struct { char s0[3956]; char s1[2191]; char end; } glbk__glsl_lib_sfield_field_glsl = {
+static const struct { char facts[26];
+    char s0[3956]; char s1[2191]; char end; } glbk__glsl_lib_sfield_field_glsl = {
+    "lib/sfield_field.glsl\0" "" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\n\n\n#ifndef SFIELD_TEXEL\n"
     "#error \"SFIELD_TEXEL(i): texel i of the table as uvec4\"\n"
     "#endif\n"
@@ -1126,13 +1141,19 @@ static const struct { char s0[3956]; char s1[2191]; char end; } glbk__glsl_lib_s
     "}\n", 0
 };
 
-static const struct { char s0[79]; char end; } glbk__glsl_lib_sfield_frame_glsl = {
+static const struct { char facts[43];
+    char s0[79]; char end; } glbk__glsl_lib_sfield_frame_glsl = {
+    "lib/sfield_frame.glsl\0" "" "\0" "" "\0"
+    "" "\0" "glbk_sfield_frame",
     "\nlayout(std140)uniform glbk_sfield_frame_block{\n"
     "vec4 eye;\n"
     "}glbk_sfield_frame;\n", 0
 };
 
-static const struct { char s0[3998]; char s1[741]; char end; } glbk__glsl_lib_sfield_list_glsl = {
+static const struct { char facts[54];
+    char s0[3998]; char s1[741]; char end; } glbk__glsl_lib_sfield_list_glsl = {
+    "lib/sfield_list.glsl\0" "sfield_access sfield_contents" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\n#ifndef SFIELD_GROUP\n"
     "#define SFIELD_GROUP 64u\n"
     "#endif\n"
@@ -1260,13 +1281,19 @@ static const struct { char s0[3998]; char s1[741]; char end; } glbk__glsl_lib_sf
     "}\n", 0
 };
 
-static const struct { char s0[92]; char end; } glbk__glsl_lib_sfield_object_glsl = {
+static const struct { char facts[45];
+    char s0[92]; char end; } glbk__glsl_lib_sfield_object_glsl = {
+    "lib/sfield_object.glsl\0" "" "\0" "" "\0"
+    "" "\0" "glbk_sfield_object",
     "\nlayout(std140)uniform glbk_sfield_object_block{\n"
     "mat4 transform,clip;\n"
     "}glbk_sfield_object;\n", 0
 };
 
-static const struct { char s0[2508]; char end; } glbk__glsl_lib_sfield_point_glsl = {
+static const struct { char facts[71];
+    char s0[2508]; char end; } glbk__glsl_lib_sfield_point_glsl = {
+    "lib/sfield_point.glsl\0" "gbuffer sfield_shade sfield_brdf sfield_frame" "\0" "" "\0"
+    "" "\0" "",
     "\n\n#ifndef SFIELD_SELF\n"
     "#define SFIELD_SELF 0\n"
     "#endif\n"
@@ -1349,7 +1376,10 @@ static const struct { char s0[2508]; char end; } glbk__glsl_lib_sfield_point_gls
     "}\n", 0
 };
 
-static const struct { char s0[3975]; char s1[3999]; char s2[458]; char end; } glbk__glsl_lib_sfield_shade_glsl = {
+static const struct { char facts[68];
+    char s0[3975]; char s1[3999]; char s2[458]; char end; } glbk__glsl_lib_sfield_shade_glsl = {
+    "lib/sfield_shade.glsl\0" "sfield_access sfield_field sfield_contents" "\0" "" "\0"
+    "" "\0" "",
     "\n\n\n\n\n\n\n\n#ifndef SFIELD_ENTITY\n"
     "#define SFIELD_ENTITY 7u\n"
     "#endif\n"
@@ -1641,7 +1671,10 @@ static const struct { char s0[3975]; char s1[3999]; char s2[458]; char end; } gl
     "}\n", 0
 };
 
-static const struct { char s0[179]; char end; } glbk__glsl_lib_sfield_views_glsl = {
+static const struct { char facts[43];
+    char s0[179]; char end; } glbk__glsl_lib_sfield_views_glsl = {
+    "lib/sfield_views.glsl\0" "" "\0" "" "\0"
+    "" "\0" "glbk_sfield_views",
     "\nlayout(std140)uniform glbk_sfield_views_block{\n"
     "vec4 sphere;\n"
     "uint first_tile,rows,width,side,batch,groups,unused0,unused1;\n"
@@ -1650,7 +1683,10 @@ static const struct { char s0[179]; char end; } glbk__glsl_lib_sfield_views_glsl
     "}glbk_sfield_views;\n", 0
 };
 
-static const struct { char s0[1233]; char end; } glbk__glsl_prog_sfield_project_comp = {
+static const struct { char facts[126];
+    char s0[1233]; char end; } glbk__glsl_prog_sfield_project_comp = {
+    "prog/sfield_project.comp\0" "table sfield_bindings sfield_views" "\0" "" "\0"
+    "SFIELD_SOURCE=0 SFIELD_BANDS=4 | SFIELD_SOURCE=1 SFIELD_BANDS=8" "\0" "",
     "\n\n\n\n#ifndef SFIELD_BANDS\n"
     "#define SFIELD_BANDS 4\n"
     "#endif\n"
@@ -1685,7 +1721,10 @@ static const struct { char s0[1233]; char end; } glbk__glsl_prog_sfield_project_
     "}\n", 0
 };
 
-static const struct { char s0[897]; char end; } glbk__glsl_prog_sfield_project_frag = {
+static const struct { char facts[96];
+    char s0[897]; char end; } glbk__glsl_prog_sfield_project_frag = {
+    "prog/sfield_project.frag\0" "table sfield_bindings sfield_views" "\0" "" "\0"
+    "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" "\0" "",
     "\n\n\n\n\n\nlayout(location=0)out uvec4 coefs;\n"
     "\n\nvec4 sfield_basis_at(uint i){return uintBitsToFloat(texelFetch(glbk_sfield_basis,glbk_table_at(i),0));}\n"
     "\nvoid main()\n"
@@ -1721,7 +1760,10 @@ static const struct { char s0[897]; char end; } glbk__glsl_prog_sfield_project_f
     "}\n", 0
 };
 
-static const struct { char s0[357]; char end; } glbk__glsl_prog_sfield_see_frag = {
+static const struct { char facts[124];
+    char s0[357]; char end; } glbk__glsl_prog_sfield_see_frag = {
+    "prog/sfield_see.frag\0" "sfield_bindings mesh_fragment" "\0" "sfield_see.vert" "\0"
+    "SFIELD_SOURCE=0 GLBK_PLACE | SFIELD_SOURCE=1 GLBK_PLACE" "\0" "",
     "\n\n\n\n#if SFIELD_SOURCE\n"
     "flat in vec3 sfield_radiance;\n"
     "in float sfield_depth;\n"
@@ -1739,7 +1781,10 @@ static const struct { char s0[357]; char end; } glbk__glsl_prog_sfield_see_frag 
     "}\n", 0
 };
 
-static const struct { char s0[922]; char end; } glbk__glsl_prog_sfield_see_vert = {
+static const struct { char facts[120];
+    char s0[922]; char end; } glbk__glsl_prog_sfield_see_vert = {
+    "prog/sfield_see.vert\0" "sfield_bindings mesh_vertex sfield_views" "\0" "" "\0"
+    "SFIELD_SOURCE=0 GLBK_PLACE | SFIELD_SOURCE=1 GLBK_PLACE" "\0" "",
     "\n\n\n\n\n#ifndef SFIELD_RADIANCE\n"
     "#define SFIELD_RADIANCE 1\n"
     "#endif\n"
@@ -1772,7 +1817,10 @@ static const struct { char s0[922]; char end; } glbk__glsl_prog_sfield_see_vert 
     "}\n", 0
 };
 
-static const struct { char s0[538]; char end; } glbk__glsl_prog_sfield_self_frag = {
+static const struct { char facts[52];
+    char s0[538]; char end; } glbk__glsl_prog_sfield_self_frag = {
+    "prog/sfield_self.frag\0" "" "\0" "sfield_self.vert" "\0"
+    "GLBK_PLACE" "\0" "",
     "\n\n\nin vec4 sfield_self0,sfield_self1,sfield_self2,sfield_self3;\n"
     "layout(location=0)out uvec4 sfield_out_self0;\n"
     "layout(location=1)out uvec4 sfield_out_self1;\n"
@@ -1790,7 +1838,10 @@ static const struct { char s0[538]; char end; } glbk__glsl_prog_sfield_self_frag
     "}\n", 0
 };
 
-static const struct { char s0[611]; char end; } glbk__glsl_prog_sfield_self_vert = {
+static const struct { char facts[77];
+    char s0[611]; char end; } glbk__glsl_prog_sfield_self_vert = {
+    "prog/sfield_self.vert\0" "sfield_bindings mesh_vertex sfield_object" "\0" "" "\0"
+    "GLBK_PLACE" "\0" "",
     "\n\n\n\n#ifndef SFIELD_SELF0\n"
     "#define SFIELD_SELF0 4\n"
     "#define SFIELD_SELF1 5\n"
@@ -1814,7 +1865,10 @@ static const struct { char s0[611]; char end; } glbk__glsl_prog_sfield_self_vert
     "}\n", 0
 };
 
-static const struct { char s0[631]; char end; } glbk__glsl_prog_sfield_shade_comp = {
+static const struct { char facts[311];
+    char s0[631]; char end; } glbk__glsl_prog_sfield_shade_comp = {
+    "prog/sfield_shade.comp\0" "sfield_list sfield_point" "\0" "" "\0"
+    "SFIELD_BANDS=4 SFIELD_GLOSS=0 SFIELD_SELF=1 | SFIELD_BANDS=3 SFIELD_GLOSS=1 | SFIELD_BANDS=8 SFIELD_GLOSS=0 | SFIELD_BANDS=4 SFIELD_GLOSS=2 SFIELD_GRAZING=1 SFIELD_SELF=1 | SFIELD_BANDS=4 SFIELD_EXP=1 SFIELD_GLOSS=0 | SFIELD_BANDS=3 SFIELD_EXP=1 SFIELD_GLOSS=2" "\0" "",
     "\n\n\n\n\n\n\nlayout(local_size_x=8,local_size_y=8)in;\n"
     "\nvoid main()\n"
     "{\n"
@@ -1837,7 +1891,10 @@ static const struct { char s0[631]; char end; } glbk__glsl_prog_sfield_shade_com
     "}\n", 0
 };
 
-static const struct { char s0[512]; char end; } glbk__glsl_prog_sfield_shade_frag = {
+static const struct { char facts[299];
+    char s0[512]; char end; } glbk__glsl_prog_sfield_shade_frag = {
+    "prog/sfield_shade.frag\0" "sfield_point" "\0" "" "\0"
+    "SFIELD_BANDS=4 SFIELD_GLOSS=0 SFIELD_SELF=1 | SFIELD_BANDS=3 SFIELD_GLOSS=1 | SFIELD_BANDS=8 SFIELD_GLOSS=0 | SFIELD_BANDS=4 SFIELD_GLOSS=2 SFIELD_GRAZING=1 SFIELD_SELF=1 | SFIELD_BANDS=4 SFIELD_EXP=1 SFIELD_GLOSS=0 | SFIELD_BANDS=3 SFIELD_EXP=1 SFIELD_GLOSS=2" "\0" "",
     "\n\n\n\n\n\n\n\nlayout(location=0)out glbk_color light;\n"
     "#if SFIELD_GLOSS\n"
     "layout(location=1)out glbk_color gloss;\n"
@@ -1861,7 +1918,10 @@ static const struct { char s0[512]; char end; } glbk__glsl_prog_sfield_shade_fra
     "}\n", 0
 };
 
-static const struct { char s0[1472]; char end; } glbk__glsl_prog_sfield_sum_comp = {
+static const struct { char facts[86];
+    char s0[1472]; char end; } glbk__glsl_prog_sfield_sum_comp = {
+    "prog/sfield_sum.comp\0" "sfield_bindings sfield_views" "\0" "" "\0"
+    "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" "\0" "",
     "\n\n\n\n\nlayout(local_size_x=32)in;\n"
     "#if SFIELD_SOURCE\n"
     "shared vec3 sfield_columns[256];\n"
@@ -1911,7 +1971,10 @@ static const struct { char s0[1472]; char end; } glbk__glsl_prog_sfield_sum_comp
     "}\n", 0
 };
 
-static const struct { char s0[1027]; char end; } glbk__glsl_prog_sfield_sum_frag = {
+static const struct { char facts[101];
+    char s0[1027]; char end; } glbk__glsl_prog_sfield_sum_frag = {
+    "prog/sfield_sum.frag\0" "sfield_bindings sfield_views" "\0" "sfield_sum.vert" "\0"
+    "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" "\0" "",
     "\n\n\n\nflat in uint sfield_tile;\n"
     "layout(location=0)out uvec4 texels;\n"
     "\nvoid main()\n"
@@ -1943,7 +2006,10 @@ static const struct { char s0[1027]; char end; } glbk__glsl_prog_sfield_sum_frag
     "}\n", 0
 };
 
-static const struct { char s0[338]; char end; } glbk__glsl_prog_sfield_sum_vert = {
+static const struct { char facts[86];
+    char s0[338]; char end; } glbk__glsl_prog_sfield_sum_vert = {
+    "prog/sfield_sum.vert\0" "sfield_bindings sfield_views" "\0" "" "\0"
+    "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" "\0" "",
     "\n\n\nflat out uint sfield_tile;\n"
     "\nvoid main()\n"
     "{\n"
@@ -1956,72 +2022,28 @@ static const struct { char s0[338]; char end; } glbk__glsl_prog_sfield_sum_vert 
 };
 
 static const glbk_file glbk__sfield_files[] = {
-    { "lib/sfield_access.glsl\0" "table sfield_bindings" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_sfield_access_glsl },
-    { "lib/sfield_bindings.glsl\0" "" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_sfield_bindings_glsl },
-    { "lib/sfield_brdf.glsl\0" "sfield_access sfield_field sfield_contents" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_sfield_brdf_glsl },
-    { "lib/sfield_contents.glsl\0" "" "\0" "" "\0"
-      "" "\0" "glbk_sfield_contents",
-      (const char *)&glbk__glsl_lib_sfield_contents_glsl },
-    { "lib/sfield_field.glsl\0" "" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_sfield_field_glsl },
-    { "lib/sfield_frame.glsl\0" "" "\0" "" "\0"
-      "" "\0" "glbk_sfield_frame",
-      (const char *)&glbk__glsl_lib_sfield_frame_glsl },
-    { "lib/sfield_list.glsl\0" "sfield_access sfield_contents" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_sfield_list_glsl },
-    { "lib/sfield_object.glsl\0" "" "\0" "" "\0"
-      "" "\0" "glbk_sfield_object",
-      (const char *)&glbk__glsl_lib_sfield_object_glsl },
-    { "lib/sfield_point.glsl\0" "gbuffer sfield_shade sfield_brdf sfield_frame" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_sfield_point_glsl },
-    { "lib/sfield_shade.glsl\0" "sfield_access sfield_field sfield_contents" "\0" "" "\0"
-      "" "\0" "",
-      (const char *)&glbk__glsl_lib_sfield_shade_glsl },
-    { "lib/sfield_views.glsl\0" "" "\0" "" "\0"
-      "" "\0" "glbk_sfield_views",
-      (const char *)&glbk__glsl_lib_sfield_views_glsl },
-    { "prog/sfield_project.comp\0" "table sfield_bindings sfield_views" "\0" "" "\0"
-      "SFIELD_SOURCE=0 SFIELD_BANDS=4 | SFIELD_SOURCE=1 SFIELD_BANDS=8" "\0" "",
-      (const char *)&glbk__glsl_prog_sfield_project_comp },
-    { "prog/sfield_project.frag\0" "table sfield_bindings sfield_views" "\0" "" "\0"
-      "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" "\0" "",
-      (const char *)&glbk__glsl_prog_sfield_project_frag },
-    { "prog/sfield_see.frag\0" "sfield_bindings mesh_fragment" "\0" "sfield_see.vert" "\0"
-      "SFIELD_SOURCE=0 GLBK_PLACE | SFIELD_SOURCE=1 GLBK_PLACE" "\0" "",
-      (const char *)&glbk__glsl_prog_sfield_see_frag },
-    { "prog/sfield_see.vert\0" "sfield_bindings mesh_vertex sfield_views" "\0" "" "\0"
-      "SFIELD_SOURCE=0 GLBK_PLACE | SFIELD_SOURCE=1 GLBK_PLACE" "\0" "",
-      (const char *)&glbk__glsl_prog_sfield_see_vert },
-    { "prog/sfield_self.frag\0" "" "\0" "sfield_self.vert" "\0"
-      "GLBK_PLACE" "\0" "",
-      (const char *)&glbk__glsl_prog_sfield_self_frag },
-    { "prog/sfield_self.vert\0" "sfield_bindings mesh_vertex sfield_object" "\0" "" "\0"
-      "GLBK_PLACE" "\0" "",
-      (const char *)&glbk__glsl_prog_sfield_self_vert },
-    { "prog/sfield_shade.comp\0" "sfield_list sfield_point" "\0" "" "\0"
-      "SFIELD_BANDS=4 SFIELD_GLOSS=0 SFIELD_SELF=1 | SFIELD_BANDS=3 SFIELD_GLOSS=1 | SFIELD_BANDS=8 SFIELD_GLOSS=0 | SFIELD_BANDS=4 SFIELD_GLOSS=2 SFIELD_GRAZING=1 SFIELD_SELF=1 | SFIELD_BANDS=4 SFIELD_EXP=1 SFIELD_GLOSS=0 | SFIELD_BANDS=3 SFIELD_EXP=1 SFIELD_GLOSS=2" "\0" "",
-      (const char *)&glbk__glsl_prog_sfield_shade_comp },
-    { "prog/sfield_shade.frag\0" "sfield_point" "\0" "" "\0"
-      "SFIELD_BANDS=4 SFIELD_GLOSS=0 SFIELD_SELF=1 | SFIELD_BANDS=3 SFIELD_GLOSS=1 | SFIELD_BANDS=8 SFIELD_GLOSS=0 | SFIELD_BANDS=4 SFIELD_GLOSS=2 SFIELD_GRAZING=1 SFIELD_SELF=1 | SFIELD_BANDS=4 SFIELD_EXP=1 SFIELD_GLOSS=0 | SFIELD_BANDS=3 SFIELD_EXP=1 SFIELD_GLOSS=2" "\0" "",
-      (const char *)&glbk__glsl_prog_sfield_shade_frag },
-    { "prog/sfield_sum.comp\0" "sfield_bindings sfield_views" "\0" "" "\0"
-      "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" "\0" "",
-      (const char *)&glbk__glsl_prog_sfield_sum_comp },
-    { "prog/sfield_sum.frag\0" "sfield_bindings sfield_views" "\0" "sfield_sum.vert" "\0"
-      "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" "\0" "",
-      (const char *)&glbk__glsl_prog_sfield_sum_frag },
-    { "prog/sfield_sum.vert\0" "sfield_bindings sfield_views" "\0" "" "\0"
-      "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" "\0" "",
-      (const char *)&glbk__glsl_prog_sfield_sum_vert }
+    { (const char *)&glbk__glsl_lib_sfield_access_glsl },
+    { (const char *)&glbk__glsl_lib_sfield_bindings_glsl },
+    { (const char *)&glbk__glsl_lib_sfield_brdf_glsl },
+    { (const char *)&glbk__glsl_lib_sfield_contents_glsl },
+    { (const char *)&glbk__glsl_lib_sfield_field_glsl },
+    { (const char *)&glbk__glsl_lib_sfield_frame_glsl },
+    { (const char *)&glbk__glsl_lib_sfield_list_glsl },
+    { (const char *)&glbk__glsl_lib_sfield_object_glsl },
+    { (const char *)&glbk__glsl_lib_sfield_point_glsl },
+    { (const char *)&glbk__glsl_lib_sfield_shade_glsl },
+    { (const char *)&glbk__glsl_lib_sfield_views_glsl },
+    { (const char *)&glbk__glsl_prog_sfield_project_comp },
+    { (const char *)&glbk__glsl_prog_sfield_project_frag },
+    { (const char *)&glbk__glsl_prog_sfield_see_frag },
+    { (const char *)&glbk__glsl_prog_sfield_see_vert },
+    { (const char *)&glbk__glsl_prog_sfield_self_frag },
+    { (const char *)&glbk__glsl_prog_sfield_self_vert },
+    { (const char *)&glbk__glsl_prog_sfield_shade_comp },
+    { (const char *)&glbk__glsl_prog_sfield_shade_frag },
+    { (const char *)&glbk__glsl_prog_sfield_sum_comp },
+    { (const char *)&glbk__glsl_prog_sfield_sum_frag },
+    { (const char *)&glbk__glsl_prog_sfield_sum_vert }
 };
 
 

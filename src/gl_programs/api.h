@@ -59,9 +59,8 @@ typedef struct glbk_file {      /* one file of GLSL, as a header holds it: strin
     const char *name;           /* "lib/table.glsl", "prog/copy.frag". Private strings follow it: the bare
                                    names of the library files that go before this one, the vertex shader that
                                    a .frag goes with, the define sets that are tested, separated by " | ", and
-                                   the uniform block that the file declares and nothing else */
-    const char *text;           /* without comments and idle blanks. It comes in pieces: the others follow the
-                                   first, and an empty string follows the last */
+                                   the uniform block that the file declares and nothing else. Behind them is
+                                   what glbk_file_text returns */
 } glbk_file;
 
 typedef struct glbk_slot { const char *name; uint32_t slot; } glbk_slot;
@@ -81,6 +80,11 @@ GLBK_DEF const glbk_file *glbk_find_file(const glbk_part *part, const char *name
 /* Returns a file of the part or else of the base by its name ("lib/table.glsl"), NULL if neither has it. It
    needs no context.
    part   NULL = the base's files alone */
+
+GLBK_DEF const char *glbk_file_text(const glbk_file *file);
+/* Returns a file's text without comments and idle blanks. It comes in pieces: the others follow the first,
+   each ended by 0, and an empty string follows the last.
+   file   NULL = NULL is returned */
 
 /* ---- programs that you link yourself ---- */
 

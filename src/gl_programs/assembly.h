@@ -28,6 +28,11 @@ GLBK__DEF const char *glbk__file_fact(const glbk_file *file, int which)
     return s;
 }
 
+GLBK_DEF const char *glbk_file_text(const glbk_file *file)
+{
+    return file ? glbk__file_fact(file, GLBK__FILE_TEXT) : NULL;
+}
+
 GLBK_DEF const glbk_file *glbk_find_file(const glbk_part *part, const char *name)
 {
     const glbk_file *file = part && name ? glbk__find_in(part, "", name, strlen(name), "") : NULL;
@@ -182,7 +187,7 @@ static void glbk__append_line(glbk__sink *sink, uint32_t n)
 GLBK__DEF void glbk__append_file(glbk__sink *sink, const glbk_file *file)
 {
     const char *s;
-    for (s = file->text; *s; s += strlen(s) + 1) glbk__append_text(sink, s);
+    for (s = glbk_file_text(file); *s; s += strlen(s) + 1) glbk__append_text(sink, s);
 }
 
 static int glbk__is_value(char c) { return glbk__is_name(c) || c == '.' || c == '-'; }

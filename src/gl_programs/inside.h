@@ -47,7 +47,7 @@ GLBK__DEF glbk_result glbk__program_of_parts(glbk_context *ctx, const glbk_part 
                                              const char *const texts[2], glbk_program *out);
 
 /* Returns one of the strings that follow the name of a file. */
-enum { GLBK__FILE_USES = 1, GLBK__FILE_WITH, GLBK__FILE_SETS, GLBK__FILE_BLOCK };
+enum { GLBK__FILE_USES = 1, GLBK__FILE_WITH, GLBK__FILE_SETS, GLBK__FILE_BLOCK, GLBK__FILE_TEXT };
 GLBK__DEF const char *glbk__file_fact(const glbk_file *file, int which);
 
 /* Text that is counted in `used` and written as far as there is room: glbk__append adds so many characters,

@@ -163,6 +163,20 @@ static void errors_name_file_and_line(void **state)
     assert_int_equal(glbk__program_create(&t->gl, NULL, NULL, NULL, &p), GLBK_ERR_ARGUMENT);
 }
 
+/* Texts of results lie one behind the other: none is taken for its neighbour, nor for what comes behind the last. */
+static void each_result_has_its_text(void **state)
+{
+    int i, k;
+    (void)state;
+    assert_string_equal(glbk_result_text(GLBK_OK), "ok");
+    for (i = 0; i < GLBK_RESULT_COUNT; i++)
+        for (k = 0; k <= i; k++)
+            assert_int_equal(!strcmp(glbk_result_text((glbk_result)i), glbk_result_text((glbk_result)k)), i == k);
+    assert_string_equal(glbk_result_text(GLBK_RESULT_COUNT), "unknown result");
+    assert_string_equal(glbk_result_text((glbk_result)99), "unknown result");
+    assert_string_not_equal(glbk_result_text((glbk_result)(GLBK_RESULT_COUNT - 1)), "unknown result");
+}
+
 /* Every embedded file is found by its name, and only whole names are. */
 static void files_are_found(void **state)
 {
@@ -179,6 +193,8 @@ static void files_are_found(void **state)
             assert_true((glbk_find_file(NULL, files[i].name) == &files[i]) == (k == 0));
         }
         assert_non_null(glbk_find_file(part_at(k), "lib/table.glsl"));        /* the base's, for all */
+        assert_non_null(strstr(glbk_file_text(glbk_find_file(part_at(k), "lib/table.glsl")), "ivec3 glbk_table_at(uint i)"));
+        assert_null(glbk_file_text(NULL));
         for (i = 0; i < sizeof wrong / sizeof wrong[0]; i++) assert_null(glbk_find_file(part_at(k), wrong[i]));
     }
 }
@@ -991,7 +1007,7 @@ static void bad_arguments_are_refused_with_a_line(void **state)
 int main(int count, char **values)
 {
     struct CMUnitTest tests[] = {
-        cmocka_unit_test(files_are_found), cmocka_unit_test(written_glsl_is_whole), gl_unit_test(depths_are_compared),
+        cmocka_unit_test(each_result_has_its_text), cmocka_unit_test(files_are_found), cmocka_unit_test(written_glsl_is_whole), gl_unit_test(depths_are_compared),
         gl_unit_test(written_glsl_runs), gl_unit_test(blocks_are_those_named), gl_unit_test(every_program_links),
         gl_unit_test(errors_name_file_and_line), gl_unit_test(transform_feedback_writes),
         gl_unit_test(compute_changes_a_buffer), gl_unit_test(compute_writes_images),

@@ -15,16 +15,16 @@
 #include "gl_test.h"
 
 /* Each part has a texture at slot 3 and a block at slot 2. */
-static const char one_text[] =
-    "uniform sampler2D glbk_one_map;\n"
-    "layout(std140) uniform glbk_one_values_block { vec4 scale; } glbk_one_values;\n"
-    "float one() { return texelFetch(glbk_one_map, ivec2(0), 0).r * glbk_one_values.scale.x; }\n\0";
-static const char two_text[] =
-    "uniform sampler2D glbk_two_map;\n"
-    "layout(std140) uniform glbk_two_values_block { vec4 scale; } glbk_two_values;\n"
-    "float two() { return texelFetch(glbk_two_map, ivec2(0), 0).r * glbk_two_values.scale.x; }\n\0";
-static const glbk_file one_files[] = { { "lib/one.glsl\0\0\0\0", one_text } };
-static const glbk_file two_files[] = { { "lib/two.glsl\0\0\0\0", two_text } };
+#define ONE_TEXT \
+    "uniform sampler2D glbk_one_map;\n" \
+    "layout(std140) uniform glbk_one_values_block { vec4 scale; } glbk_one_values;\n" \
+    "float one() { return texelFetch(glbk_one_map, ivec2(0), 0).r * glbk_one_values.scale.x; }\n\0"
+#define TWO_TEXT \
+    "uniform sampler2D glbk_two_map;\n" \
+    "layout(std140) uniform glbk_two_values_block { vec4 scale; } glbk_two_values;\n" \
+    "float two() { return texelFetch(glbk_two_map, ivec2(0), 0).r * glbk_two_values.scale.x; }\n\0"
+static const glbk_file one_files[] = { { "lib/one.glsl\0\0\0\0\0" ONE_TEXT } };
+static const glbk_file two_files[] = { { "lib/two.glsl\0\0\0\0\0" TWO_TEXT } };
 static const glbk_slot one_maps[] = { { "glbk_one_map", 3 }, { NULL, 0 } };
 static const glbk_slot two_maps[] = { { "glbk_two_map", 3 }, { NULL, 0 } };
 static const glbk_slot one_blocks[] = { { "glbk_one_values_block", 2 }, { NULL, 0 } };
@@ -369,12 +369,12 @@ static void storage_and_images_that_meet_are_named(void **state)
 {
     GL_TEST(t, state)
     static const glbk_file files[] = {
-        { "lib/one_words.glsl\0\0\0\0",
+        { "lib/one_words.glsl\0\0\0\0\0"
           "layout(std430, binding = 1) buffer glbk_one_words_storage { uint glbk_one_words[]; };\n\0" },
-        { "lib/two_words.glsl\0\0\0\0",
+        { "lib/two_words.glsl\0\0\0\0\0"
           "layout(std430, binding = 1) buffer glbk_two_words_storage { uint glbk_two_words[]; };\n\0" },
-        { "lib/one_image.glsl\0\0\0\0", "layout(r32ui, binding = 2) uniform highp uimage2D glbk_one_image;\n\0" },
-        { "lib/two_image.glsl\0\0\0\0", "layout(r32ui, binding = 2) uniform highp uimage2D glbk_two_image;\n\0" }
+        { "lib/one_image.glsl\0\0\0\0\0" "layout(r32ui, binding = 2) uniform highp uimage2D glbk_one_image;\n\0" },
+        { "lib/two_image.glsl\0\0\0\0\0" "layout(r32ui, binding = 2) uniform highp uimage2D glbk_two_image;\n\0" }
     };
     static const glbk_slot none[] = { { NULL, 0 } };
     static const glbk_slot storage[2][2] = { { { "glbk_one_words_storage", 1 }, { NULL, 0 } },

@@ -377,19 +377,55 @@ static void put_member(text *out, unsigned long number, size_t length)
     put(out, "];");
 }
 
-/* Puts C strings of up to LONGEST characters, since a compiler for C99 need not take more than 4,095, one behind the
-   other into a struct, which needs no pointers, and an empty one behind the last. Each line of the header has one of
-   the text, with the empty lines before it. */
-static void put_strings(text *out, const file *f)
+/* Puts what is known of a file, a C string each, each ended by 0: its name and its values. */
+static void put_facts(text *out, const files *all, const file *f)
+{
+    static const char *const keys[] = { "uses", "with", "sets" };
+    int k;
+    put(out, "\"");
+    put(out, f->name);
+    put(out, "\\0\"");
+    for (k = 0; k < 3; k++) {
+        put(out, k == 2 ? "\n    " : " ");
+        put_value(out, all, f, keys[k]);
+        put(out, " \"\\0\"");
+    }
+    put(out, " \"");
+    put(out, f->block);
+    put(out, "\"");
+}
+
+/* The characters of C strings that stand side by side, of which "\0" is one. */
+static size_t literal_length(const char *s)
+{
+    size_t length = 0;
+    int inside = 0;
+    for (; *s; s++) {
+        if (*s == '"') inside = !inside;
+        else if (inside) {
+            if (*s == '\\') s++;
+            length++;
+        }
+    }
+    return length;
+}
+
+/* Puts C strings one behind the other into a struct, which needs no pointers: what is known of the file, then its text
+   in strings of up to LONGEST characters, since a compiler for C99 need not take more than 4,095, and an empty one
+   behind the last. Each line of the header has one of the text, with the empty lines before it. */
+static void put_strings(text *out, const files *all, const file *f)
 {
     enum { LONGEST = 4000 };
-    text plain = { NULL, 0, 0 }, strings = { NULL, 0, 0 };
+    text plain = { NULL, 0, 0 }, strings = { NULL, 0, 0 }, facts = { NULL, 0, 0 };
     const char *s;
     size_t length = 0, line;
     unsigned long count = 0;
 
     strip(&plain, f->body.data);
-    put(out, "\nstatic const struct {");
+    put_facts(&facts, all, f);
+    put(out, "\nstatic const struct { char facts[");
+    put_number(out, (unsigned long)literal_length(facts.data) + 1);
+    put(out, "];\n   ");
     put(&strings, "\"");
     for (s = plain.data; *s; s += line) {
         line = strspn(s, "\n");
@@ -406,33 +442,24 @@ static void put_strings(text *out, const file *f)
     put(out, " char end; } ");
     put_identifier(out, f);
     put(out, " = {\n    ");
+    append(out, facts.data, facts.size);
+    put(out, ",\n    ");
     append(out, strings.data, strings.size);
     put(out, "\", 0\n};\n");
+    free_text(&facts);
     free_text(&strings);
     free_text(&plain);
 }
 
 static void put_table(text *out, const files *all, const char *table)
 {
-    static const char *const keys[] = { "uses", "with", "sets" };
-    int i, k;
+    int i;
     put(out, "\nstatic const glbk_file ");
     put(out, table);
     put(out, "[] = {\n");
     for (i = 0; i < all->count; i++) {
-        const file *f = &all->at[i];
-        put(out, "    { \"");
-        put(out, f->name);
-        put(out, "\\0\"");
-        for (k = 0; k < 3; k++) {
-            put(out, k == 2 ? "\n      " : " ");
-            put_value(out, all, f, keys[k]);
-            put(out, " \"\\0\"");
-        }
-        put(out, " \"");
-        put(out, f->block);
-        put(out, "\",\n      (const char *)&");
-        put_identifier(out, f);
+        put(out, "    { (const char *)&");
+        put_identifier(out, &all->at[i]);
         put(out, i + 1 < all->count ? " },\n" : " }\n};\n\n");
     }
 }
@@ -453,7 +480,7 @@ void put_glsl(text *out, const char *folder, const char *shared, const char *nam
     }
     qsort(all.at, (size_t)all.count, sizeof all.at[0], compare_names);
     for (i = 0; i < all.count; i++) {
-        put_strings(out, &all.at[i]);
+        put_strings(out, &all, &all.at[i]);
         if (count_lines(all.at[i].body.data) > 999)
             fail(all.at[i].name, "has more than 999 lines, which the messages of drivers could not tell apart");
     }
