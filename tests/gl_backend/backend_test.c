@@ -1007,7 +1007,8 @@ static void bad_arguments_are_refused_with_a_line(void **state)
 int main(int count, char **values)
 {
     struct CMUnitTest tests[] = {
-        cmocka_unit_test(each_result_has_its_text), cmocka_unit_test(files_are_found), cmocka_unit_test(written_glsl_is_whole), gl_unit_test(depths_are_compared),
+        cmocka_unit_test(each_result_has_its_text), cmocka_unit_test(files_are_found),
+        cmocka_unit_test(written_glsl_is_whole), gl_unit_test(depths_are_compared),
         gl_unit_test(written_glsl_runs), gl_unit_test(blocks_are_those_named), gl_unit_test(every_program_links),
         gl_unit_test(errors_name_file_and_line), gl_unit_test(transform_feedback_writes),
         gl_unit_test(compute_changes_a_buffer), gl_unit_test(compute_writes_images),
