@@ -193,7 +193,7 @@ static void files_are_found(void **state)
             assert_true((glbk_find_file(NULL, files[i].name) == &files[i]) == (k == 0));
         }
         assert_non_null(glbk_find_file(part_at(k), "lib/table.glsl"));        /* the base's, for all */
-        assert_non_null(strstr(glbk_file_text(glbk_find_file(part_at(k), "lib/table.glsl")), "ivec3 glbk_table_at(uint i)"));
+        assert_non_null(strstr(glbk_file_text(glbk_find_file(part_at(k), "lib/table.glsl")), "ivec3 glbk_table_at("));
         assert_null(glbk_file_text(NULL));
         for (i = 0; i < sizeof wrong / sizeof wrong[0]; i++) assert_null(glbk_find_file(part_at(k), wrong[i]));
     }
