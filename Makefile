@@ -364,8 +364,8 @@ web-sizes:
 	@sh web/sizes
 # What a page draws, with exact light: by the path tracer of render.
 TRACER := $(foreach p,emitters json settings reference ref_bsdf ref_lights ref_scene,$(OBJ)/examples/render/$(p).o)
-check-web: $(COMMON) $(TRACER)
-	@CC='$(CC)' FLAGS='-std=c99 $(WARN_C) $(FLAGS_$(config)) -pthread' TRACER='$(TRACER)' LIBS='$(COMMON) $(if $(filter 1,$(HAVE_CXX)),-lstdc++) $(EX_LIBS) $(GLFW_LIBS) -lm' \
+check-web: $(COMMON) $(TRACER) $(TOOLS)/glsl
+	@GLSL=$(TOOLS)/glsl CC='$(CC)' FLAGS='-std=c99 $(WARN_C) $(FLAGS_$(config)) -pthread' TRACER='$(TRACER)' LIBS='$(COMMON) $(if $(filter 1,$(HAVE_CXX)),-lstdc++) $(EX_LIBS) $(GLFW_LIBS) -lm' \
 	  sh tools/check-web
 check-glsl: $(TOOLS)/glsl
 	@sh tools/check-glsl $(TOOLS)/glsl build/glsl
