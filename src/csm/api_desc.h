@@ -37,7 +37,7 @@ typedef enum cohsm_layers {         /* how far behind the first hit a stored dep
 typedef enum cohsm_order {          /* the sequence in which maps are stored; the more alike neighbours look,
                                        the smaller the block */
     COHSM_ORDER_DEFAULT,            /* cohsm_build tries orders on small versions of the build, which takes a
-                                       fifth of its time; a cohsm_builder takes HILBERT */
+                                       seventh of its time; a cohsm_builder takes HILBERT */
     COHSM_ORDER_SCANLINE,           /* lines along the first dimension, one after another */
     COHSM_ORDER_ZIGZAG,             /* the same lines, every other one backwards */
     COHSM_ORDER_ZIGZAG_THETA,       /* zig-zag by lines along the second dimension */

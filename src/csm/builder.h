@@ -34,8 +34,6 @@ struct cohsm_builder {
     cohsm__header     head;
     uint32_t         *cells;            /* place in the sequence -> cell */
     float            *locations, *angles;
-    uint16_t         *leave;            /* Z1Z3_SPHERE, directions: depth where each pixel's ray leaves the
-                                           sphere */
     int32_t          *span;             /* of each pixel of the shard: the grid values that its open segment
                                            can have, lo | hi << 16 */
     uint32_t         *first;            /* its first view within the chunk */
@@ -188,7 +186,7 @@ static uint32_t cohsm__constant_entry(const cohsm__segment *s, const cohsm__grid
 }
 
 /* Lists on their way from the records of a range to words. As many ranges as COHSM__WRITERS are written side
-   by side: all of them at once would take half as much memory again as their records. */
+   by side: with four, a build from random triangles would take more memory than cohsm_build says. */
 enum { COHSM__WRITERS = 2 };
 typedef struct cohsm__writer {
     const cohsm__range *r;
@@ -227,9 +225,9 @@ static void cohsm__count_task(void *context, size_t index)
 /* Sorts the records of a range by pixel, and writes one list after the other. */
 static void cohsm__write_task(void *context, size_t index)
 {
-    const cohsm__writing *writing = (const cohsm__writing *)context;
+    cohsm__writing *writing = (cohsm__writing *)context;
     const cohsm__grid *grid = &writing->builder->grid;
-    cohsm__writer *w = &((cohsm__writing *)context)->writer[index];
+    cohsm__writer *w = &writing->writer[index];
     const uint32_t pixels = w->r->end - w->r->begin;
     const cohsm__page *page;
     size_t used = 0, n = 0;
