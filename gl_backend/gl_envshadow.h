@@ -299,6 +299,14 @@ GLBK_DEF glbk_result glbk_envsh_read(glbk_context *ctx, glbk_envsh_renderer *ren
 GLBK_DEF void glbk_envsh_maps_free(glbk_context *ctx, glbk_envsh_maps *maps);
 /* Frees what glbk_envsh_maps_create made, and zeroes the struct. NULL and zeroed maps are allowed. */
 
+GLBK_DEF glbk_result glbk_envsh_renderer_resize(glbk_context *ctx, glbk_envsh_renderer *renderer,
+                                                uint32_t width, uint32_t height);
+/* Gives the renderer another size, without what it had drawn. Its programs stay, whereas a new renderer would
+   compile them anew; so call it when a window has changed its size, with glbk_gbuffer_resize.
+   Errors   GLBK_ERR_ARGUMENT: the renderer is NULL or was not created. GLBK_ERR_DESC, GLBK_ERR_LIMIT: as for
+            glbk_envsh_renderer_create. After these it is as it was, after those of textures and targets
+            it is freed and zeroed */
+
 GLBK_DEF void glbk_envsh_renderer_free(glbk_context *ctx, glbk_envsh_renderer *renderer);
 /* Frees what glbk_envsh_renderer_create made, and zeroes the struct. NULL and a zeroed renderer are
    allowed. */
@@ -1640,13 +1648,23 @@ GLBK_DEF glbk_result glbk_envsh_bind(glbk_context *ctx, glbk_envsh_maps *m, cons
 
 /* ---- envsh: the renderer ---- */
 
+/* Makes the sum, twice where passes draw from one into the other, of pictures of a size. */
+static glbk_result glbk__envsh_create_sums(glbk_context *ctx, glbk_envsh_renderer *r, uint32_t width,
+                                           uint32_t height)
+{
+    glbk_result result = GLBK_OK;
+    int i;
+    r->width = width;
+    r->height = height;
+    for (i = 0; i < (r->compute ? 1 : 2) && result == GLBK_OK; i++)
+        result = glbk__canvas(ctx, GLBK_FORMAT_COLOR, width, height, NULL, &r->sums[i], &r->targets[i]);
+    return result;
+}
+
 GLBK_DEF glbk_result glbk_envsh_renderer_create(glbk_context *ctx, const glbk_envsh_renderer_desc *d,
                                                 glbk_envsh_renderer *out)
 {
-    glbk_texture_desc texture;
-    glbk_target_desc target;
     glbk_result result;
-    int i;
 
     if (out) memset(out, 0, sizeof *out);
     result = glbk__require(ctx, __func__, "out", out);
@@ -1654,22 +1672,36 @@ GLBK_DEF glbk_result glbk_envsh_renderer_create(glbk_context *ctx, const glbk_en
     if (result == GLBK_OK) result = glbk__require_side(ctx, __func__, "desc.width", d->width);
     if (result == GLBK_OK) result = glbk__require_side(ctx, __func__, "desc.height", d->height);
     if (result != GLBK_OK) return result;
-    memset(&texture, 0, sizeof texture);
-    memset(&target, 0, sizeof target);
-    texture.width = out->width = d->width;
-    texture.height = out->height = d->height;
-    texture.format = GLBK_FORMAT_COLOR;
     out->compute = ctx->compute;
-    for (i = 0; i < (out->compute ? 1 : 2) && result == GLBK_OK; i++) {
-        memset(&target, 0, sizeof target);
-        result = glbk_texture_create(ctx, &texture, &out->sums[i]);
-        target.color[0] = &out->sums[i];
-        if (result == GLBK_OK) result = glbk__target_create(ctx, &target, &out->targets[i]);
-    }
+    result = glbk__envsh_create_sums(ctx, out, d->width, d->height);
     if (result == GLBK_OK)
         result = glbk__gbuffer_program(ctx, glbk_envsh_part(), "envsh_resolve.frag", NULL, &out->resolve);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_envsh_object), NULL, &out->object);
     if (result != GLBK_OK) glbk_envsh_renderer_free(ctx, out);
+    return result;
+}
+
+static void glbk__envsh_free_sums(glbk_context *ctx, glbk_envsh_renderer *r)
+{
+    uint32_t i;
+    for (i = 0; i < 2; i++) {
+        glbk_target_free(ctx, &r->targets[i]);
+        glbk_texture_free(ctx, &r->sums[i]);
+    }
+}
+
+GLBK_DEF glbk_result glbk_envsh_renderer_resize(glbk_context *ctx, glbk_envsh_renderer *r, uint32_t width,
+                                                uint32_t height)
+{
+    glbk_result result =
+        glbk__require_created(ctx, __func__, "renderer", r ? &r->targets[0].name : NULL);
+    if (result == GLBK_OK) result = glbk__require_side(ctx, __func__, "width", width);
+    if (result == GLBK_OK) result = glbk__require_side(ctx, __func__, "height", height);
+    if (result != GLBK_OK) return result;
+    glbk__envsh_free_sums(ctx, r);
+    r->begun = 0;
+    result = glbk__envsh_create_sums(ctx, r, width, height);
+    if (result != GLBK_OK) glbk_envsh_renderer_free(ctx, r);
     return result;
 }
 
@@ -1679,10 +1711,7 @@ GLBK_DEF void glbk_envsh_renderer_free(glbk_context *ctx, glbk_envsh_renderer *r
     if (!r) return;
     for (i = 0; i < 2 * ENVSH_FILTER_COUNT; i++) glbk_program_free(ctx, &r->shade[i]);
     glbk_program_free(ctx, &r->resolve);
-    for (i = 0; i < 2; i++) {
-        glbk_target_free(ctx, &r->targets[i]);
-        glbk_texture_free(ctx, &r->sums[i]);
-    }
+    glbk__envsh_free_sums(ctx, r);
     glbk_buffer_free(ctx, &r->object);
     memset(r, 0, sizeof *r);
 }

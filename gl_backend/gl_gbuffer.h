@@ -323,6 +323,14 @@ typedef struct glbk_pixel {
 
 /* ---- the rest ---- */
 
+GLBK_DEF glbk_result glbk_gbuffer_resize(glbk_context *ctx, glbk_gbuffer *gbuffer,
+                                         const struct glbk_gbuffer_desc *desc);
+/* Gives the G-buffer another size, without what it held. Its programs stay, whereas a new G-buffer would
+   compile them anew; so call it when a window has changed its size.
+   desc     attributes is not read: they stay as they were created. depth is that of the new size
+   Errors   those of glbk_gbuffer_create. GLBK_ERR_ARGUMENT, too: the G-buffer was not created. After an error
+            of desc it is as it was, after any other it is freed and zeroed */
+
 GLBK_DEF void glbk_gbuffer_free(glbk_context *ctx, glbk_gbuffer *gbuffer);
 /* Deletes the G-buffer's objects of GL, not your depth texture, and zeroes the struct. NULL is allowed. */
 
@@ -1204,7 +1212,7 @@ GLBK__DEF glbk_result glbk__drawing_program(glbk_context *ctx, const glbk_part *
     return glbk__program_of_parts(ctx, part, NULL, name, defines, texts, out);
 }
 
-/* Makes textures, targets and buffers of a G-buffer whose width, height and attributes are set. */
+/* Makes textures and targets of a G-buffer whose width and height are set. */
 static glbk_result glbk__gbuffer_make(glbk_context *ctx, const glbk_gbuffer_desc *d, glbk_gbuffer *out)
 {
     glbk_texture_desc texture;
@@ -1228,34 +1236,35 @@ static glbk_result glbk__gbuffer_make(glbk_context *ctx, const glbk_gbuffer_desc
     else if (result == GLBK_OK) result = glbk_texture_create(ctx, &texture, &out->depth);
     target.depth = &out->depth;
     if (result == GLBK_OK) result = glbk__target_create(ctx, &target, &out->target);
-    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_gbuffer_drawn), NULL, &out->drawn);
-    if (result == GLBK_OK)
-        result = glbk_buffer_create(ctx, sizeof(glbk_gbuffer_imported), NULL, &out->imported);
     return result;
 }
 
-/* Fills the four textures with zeros, by which nothing is seen anywhere. */
+/* Fills the four textures with zeros, by which nothing is seen anywhere, some rows a call: up to 2^16 pixels,
+   1 MB. A call a row takes browsers a tenth of a second. */
 static glbk_result glbk__gbuffer_clear_words(glbk_context *ctx, glbk_gbuffer *g)
 {
     glbk_gbuf__allocator memory = glbk_gbuf__memory(ctx);
-    const size_t count = 4 * (size_t)g->width;
-    uint32_t *row = (uint32_t *)glbk_gbuf__alloc_array(&memory, count, sizeof *row), y;
-    glbk_result result = row ? GLBK_OK : GLBK_ERR_ALLOC;
+    const uint32_t most = g->width < 65536u ? 65536u / g->width : 1;
+    const uint32_t rows = most < g->height ? most : g->height;
+    const size_t count = 4 * (size_t)g->width * rows;
+    uint32_t *zeros = (uint32_t *)glbk_gbuf__alloc_array(&memory, count, sizeof *zeros), y;
+    glbk_result result = zeros ? GLBK_OK : GLBK_ERR_ALLOC;
     int i;
-    if (row) memset(row, 0, count * sizeof *row);
+    if (zeros) memset(zeros, 0, count * sizeof *zeros);
     for (i = 0; i < 4; i++)
-        for (y = 0; y < g->height && result == GLBK_OK; y++) {
-            const glbk_box box = { 0, 0, y, 0, g->width, 1, 1 };
-            result = glbk_texture_update(ctx, &g->words[i], &box, row);
+        for (y = 0; y < g->height && result == GLBK_OK; y += rows) {
+            const uint32_t left = g->height - y;
+            const glbk_box box = { 0, 0, y, 0, g->width, left < rows ? left : rows, 1 };
+            result = glbk_texture_update(ctx, &g->words[i], &box, zeros);
         }
-    glbk_gbuf__free(&memory, row);
+    glbk_gbuf__free(&memory, zeros);
     return result;
 }
 
 /* Checks the sizes of a desc. */
-static glbk_result glbk__gbuffer_check_desc(const glbk_context *ctx, const glbk_gbuffer_desc *d)
+static glbk_result glbk__gbuffer_check_desc(const glbk_context *ctx, const char *function,
+                                            const glbk_gbuffer_desc *d)
 {
-    static const char function[] = "glbk_gbuffer_create";
     glbk_result result = glbk__require(ctx, function, "desc", d);
     if (result != GLBK_OK) return result;
     result = glbk__require_side(ctx, function, "desc.width", d->width);
@@ -1273,35 +1282,62 @@ static glbk_result glbk__gbuffer_check_desc(const glbk_context *ctx, const glbk_
     return GLBK_OK;
 }
 
+/* Gives a G-buffer, which has no textures, those of a checked desc, in which nothing is seen. */
+static glbk_result glbk__gbuffer_fill(glbk_context *ctx, const glbk_gbuffer_desc *d, glbk_gbuffer *out)
+{
+    glbk_result result;
+    out->width = d->width;
+    out->height = d->height;
+    result = glbk__gbuffer_make(ctx, d, out);
+    if (result == GLBK_OK) result = glbk__gbuffer_clear_words(ctx, out);
+    return result;
+}
+
 GLBK_DEF glbk_result glbk_gbuffer_create(glbk_context *ctx, const glbk_gbuffer_desc *d, glbk_gbuffer *out)
 {
     glbk_result result;
     if (out) memset(out, 0, sizeof *out);
     result = glbk__require(ctx, __func__, "out", out);
-    if (result == GLBK_OK) result = glbk__gbuffer_check_desc(ctx, d);
+    if (result == GLBK_OK) result = glbk__gbuffer_check_desc(ctx, __func__, d);
     if (result != GLBK_OK) return result;
     result = glbk__take_attributes(ctx, __func__, &d->attributes, &out->attributes);
-    if (result == GLBK_OK) {
-        out->width = d->width;
-        out->height = d->height;
-        result = glbk__gbuffer_make(ctx, d, out);
-    }
-    if (result == GLBK_OK) result = glbk__gbuffer_clear_words(ctx, out);
+    if (result == GLBK_OK) result = glbk__gbuffer_fill(ctx, d, out);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_gbuffer_drawn), NULL, &out->drawn);
+    if (result == GLBK_OK)
+        result = glbk_buffer_create(ctx, sizeof(glbk_gbuffer_imported), NULL, &out->imported);
     result = glbk__leave_created(ctx, result);
     if (result != GLBK_OK) glbk_gbuffer_free(ctx, out);
     return result;
 }
 
-GLBK_DEF void glbk_gbuffer_free(glbk_context *ctx, glbk_gbuffer *g)
+/* Deletes textures and targets. */
+static void glbk__gbuffer_empty(glbk_context *ctx, glbk_gbuffer *g)
 {
     int i;
-    if (!g) return;
-    glbk_program_free(ctx, &g->draw_program);
-    glbk_program_free(ctx, &g->import_program);
     glbk_target_free(ctx, &g->target);
     glbk_target_free(ctx, &g->colors);
     for (i = 0; i < 4; i++) glbk_texture_free(ctx, &g->words[i]);
     if (g->own_depth) glbk_texture_free(ctx, &g->depth);
+}
+
+GLBK_DEF glbk_result glbk_gbuffer_resize(glbk_context *ctx, glbk_gbuffer *g, const glbk_gbuffer_desc *d)
+{
+    glbk_result result = glbk__require_created(ctx, __func__, "gbuffer", g ? &g->target.name : NULL);
+    if (result == GLBK_OK) result = glbk__gbuffer_check_desc(ctx, __func__, d);
+    if (result != GLBK_OK) return result;
+    glbk__gbuffer_empty(ctx, g);
+    g->has_depth = g->has_clip = 0;
+    result = glbk__leave_created(ctx, glbk__gbuffer_fill(ctx, d, g));
+    if (result != GLBK_OK) glbk_gbuffer_free(ctx, g);
+    return result;
+}
+
+GLBK_DEF void glbk_gbuffer_free(glbk_context *ctx, glbk_gbuffer *g)
+{
+    if (!g) return;
+    glbk__gbuffer_empty(ctx, g);
+    glbk_program_free(ctx, &g->draw_program);
+    glbk_program_free(ctx, &g->import_program);
     glbk_buffer_free(ctx, &g->drawn);
     glbk_buffer_free(ctx, &g->imported);
     memset(g, 0, sizeof *g);

@@ -290,6 +290,14 @@ GLBK_DEF glbk_result glbk_ism_renderer_create(glbk_context *ctx, const glbk_ism_
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: width or height is 0. GLBK_ERR_LIMIT: width
             or height is above ctx->max_side. Those of programs, textures and targets */
 
+GLBK_DEF glbk_result glbk_ism_renderer_resize(glbk_context *ctx, glbk_ism_renderer *renderer, uint32_t width,
+                                              uint32_t height);
+/* Gives the renderer another size, without what it had drawn. Its programs stay, whereas a new renderer would
+   compile them anew; so call it when a window has changed its size, with glbk_gbuffer_resize.
+   Errors   GLBK_ERR_ARGUMENT: the renderer is NULL or was not created. GLBK_ERR_DESC, GLBK_ERR_LIMIT: as for
+            glbk_ism_renderer_create. After these it is as it was, after those of textures and targets
+            it is freed and zeroed */
+
 GLBK_DEF void glbk_ism_renderer_free(glbk_context *ctx, glbk_ism_renderer *renderer);
 /* Frees what glbk_ism_renderer_create made, and zeroes the struct. NULL and a zeroed renderer are allowed. */
 
@@ -4369,6 +4377,16 @@ GLBK_DEF glbk_result glbk_ism_bind(glbk_context *ctx, const glbk_ism_maps *m, co
     return result;
 }
 
+/* Makes the pictures of a renderer, of a size. */
+static void glbk__ism_make_pictures(glbk__ism_making *k, glbk_ism_renderer *r, uint32_t width,
+                                    uint32_t height)
+{
+    r->width = width;
+    r->height = height;
+    glbk__ism_make_canvas(k, GLBK_FORMAT_COLOR, width, height, NULL, &r->light, &r->light_target);
+    glbk__ism_make_canvas(k, GLBK_FORMAT_COLOR, width, height, NULL, &r->result, &r->result_target);
+}
+
 GLBK_DEF glbk_result glbk_ism_renderer_create(glbk_context *ctx, const glbk_ism_renderer_desc *d,
                                               glbk_ism_renderer *out)
 {
@@ -4379,13 +4397,9 @@ GLBK_DEF glbk_result glbk_ism_renderer_create(glbk_context *ctx, const glbk_ism_
     if (result == GLBK_OK) result = glbk__require_side(ctx, __func__, "desc.width", d->width);
     if (result == GLBK_OK) result = glbk__require_side(ctx, __func__, "desc.height", d->height);
     if (result != GLBK_OK) return result;
-    out->width = d->width;
-    out->height = d->height;
     out->compute = ctx->compute;
     k = glbk__ism_begin_making(ctx);
-    glbk__ism_make_canvas(&k, GLBK_FORMAT_COLOR, d->width, d->height, NULL, &out->light, &out->light_target);
-    glbk__ism_make_canvas(&k, GLBK_FORMAT_COLOR, d->width, d->height, NULL, &out->result,
-                          &out->result_target);
+    glbk__ism_make_pictures(&k, out, d->width, d->height);
     glbk__ism_make_block(&k, sizeof(glbk_ism_view), &out->view);
     glbk__ism_make_program(&k, out->compute ? "ism_blur.comp" : "ism_blur.frag", &out->blur);
     glbk__ism_make_program(&k, "ism_resolve.frag", &out->resolve);
@@ -4393,14 +4407,34 @@ GLBK_DEF glbk_result glbk_ism_renderer_create(glbk_context *ctx, const glbk_ism_
     return k.result;
 }
 
-GLBK_DEF void glbk_ism_renderer_free(glbk_context *ctx, glbk_ism_renderer *r)
+static void glbk__ism_free_pictures(glbk_context *ctx, glbk_ism_renderer *r)
 {
-    int projection, near_mode;
-    if (!r) return;
     glbk_target_free(ctx, &r->light_target);
     glbk_target_free(ctx, &r->result_target);
     glbk_texture_free(ctx, &r->light);
     glbk_texture_free(ctx, &r->result);
+}
+
+GLBK_DEF glbk_result glbk_ism_renderer_resize(glbk_context *ctx, glbk_ism_renderer *r, uint32_t width,
+                                              uint32_t height)
+{
+    glbk__ism_making k;
+    glbk_result result = glbk__require_created(ctx, __func__, "renderer", r ? &r->result_target.name : NULL);
+    if (result == GLBK_OK) result = glbk__require_side(ctx, __func__, "width", width);
+    if (result == GLBK_OK) result = glbk__require_side(ctx, __func__, "height", height);
+    if (result != GLBK_OK) return result;
+    glbk__ism_free_pictures(ctx, r);
+    k = glbk__ism_begin_making(ctx);
+    glbk__ism_make_pictures(&k, r, width, height);
+    if (k.result != GLBK_OK) glbk_ism_renderer_free(ctx, r);
+    return k.result;
+}
+
+GLBK_DEF void glbk_ism_renderer_free(glbk_context *ctx, glbk_ism_renderer *r)
+{
+    int projection, near_mode;
+    if (!r) return;
+    glbk__ism_free_pictures(ctx, r);
     glbk_buffer_free(ctx, &r->view);
     for (projection = 0; projection < ISM_PROJECTION_COUNT; projection++)
         for (near_mode = 0; near_mode < ISM_NEAR_COUNT; near_mode++)

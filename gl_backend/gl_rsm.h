@@ -359,6 +359,15 @@ GLBK_DEF void glbk_rsm_map_free(glbk_context *ctx, glbk_rsm_map *map);
 
 /* ---- the renderer ---- */
 
+GLBK_DEF glbk_result glbk_rsm_renderer_resize(glbk_context *ctx, glbk_rsm_renderer *renderer, uint32_t width,
+                                              uint32_t height);
+/* Gives the renderer another size, without what it had drawn. Its programs stay, whereas a new renderer would
+   compile them anew; so call it when a window has changed its size, with glbk_gbuffer_resize.
+   Errors   GLBK_ERR_ARGUMENT: the renderer is NULL or was not created. GLBK_ERR_DESC, GLBK_ERR_LIMIT: as for
+            glbk_rsm_renderer_create; a renderer that interpolates by compute
+            holds at most ctx->max_storage / 4 pixels. After these it is as it was, after those of textures,
+            targets and buffers it is freed and zeroed */
+
 GLBK_DEF void glbk_rsm_renderer_free(glbk_context *ctx, glbk_rsm_renderer *renderer);
 /* Frees what glbk_rsm_renderer_create made, and zeroes the struct. NULL and a zeroed renderer are allowed. */
 
@@ -3301,11 +3310,11 @@ enum { GLBK__RSM_LISTS = 13 };     /* lists of nodes and of pending pixels for s
 static glbk_result glbk__rsm_lists(glbk_context *ctx, glbk_rsm_renderer *r)
 {
     size_t pixels = (size_t)r->width * r->height, nodes = (size_t)(r->width / 2 + 2) * (r->height / 2 + 2);
-    glbk_result result = glbk_buffer_create(ctx, 16 * GLBK__RSM_LISTS, NULL, &r->counts);
-    if (result == GLBK_OK) result = glbk_buffer_create(ctx, 4 * pixels, NULL, &r->pending[0]);
+    glbk_result result = glbk_buffer_create(ctx, 4 * pixels, NULL, &r->pending[0]);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, 4 * pixels, NULL, &r->pending[1]);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, 4 * nodes, NULL, &r->wanted);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, nodes / 8 + 4, NULL, &r->marks);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, 16 * GLBK__RSM_LISTS, NULL, &r->counts);
     return result;
 }
 
@@ -3324,19 +3333,19 @@ static glbk_result glbk__rsm_history(glbk_context *ctx, glbk_rsm_renderer *r, ui
     return glbk_target_create(ctx, &d, &r->history_targets[i]);
 }
 
-/* Makes all images and lists of a renderer. */
-static glbk_result glbk__rsm_renderer_images(glbk_context *ctx, glbk_rsm_renderer *r,
-                                             const glbk_rsm_renderer_desc *d)
+/* Makes what a renderer has of its size, images and lists, and nothing is in them. */
+static glbk_result glbk__rsm_renderer_images(glbk_context *ctx, glbk_rsm_renderer *r, int interpolate,
+                                             int denoise)
 {
-    uint32_t w = d->width, h = d->height, i;
-    glbk_result result = glbk__rsm_image(ctx, GLBK_FORMAT_RGBA32UI, 1024, GLBK__RSM_LIST / 1024, 4,
-                                         &r->lights);
-    if (result == GLBK_OK) result = glbk__rsm_target(ctx, &r->lights, 0, 4, NULL, &r->lights_target);
-    if (result == GLBK_OK) result = glbk__rsm_pictures(ctx, 3, w, h, r->sums, r->targets);
-    if (result == GLBK_OK && d->interpolate)
+    uint32_t w = r->width, h = r->height, i;
+    glbk_result result = glbk__rsm_pictures(ctx, 3, w, h, r->sums, r->targets);
+    r->direct = r->bounce = GLBK__RSM_NONE;
+    r->remembers = 0;
+    r->has_before = r->filtered = 0;
+    if (result == GLBK_OK && interpolate)
         result = glbk__rsm_pictures(ctx, r->compute ? 1 : 3, w / 2 + 2, h / 2 + 2, r->grids, r->grid_targets);
-    if (result == GLBK_OK && d->interpolate && r->compute) result = glbk__rsm_lists(ctx, r);
-    for (i = 0; i < 2 && d->denoise && result == GLBK_OK; i++) result = glbk__rsm_history(ctx, r, i);
+    if (result == GLBK_OK && interpolate && r->compute) result = glbk__rsm_lists(ctx, r);
+    for (i = 0; i < 2 && denoise && result == GLBK_OK; i++) result = glbk__rsm_history(ctx, r, i);
     return result;
 }
 
@@ -3363,9 +3372,10 @@ GLBK_DEF glbk_result glbk_rsm_renderer_create(glbk_context *ctx, const glbk_rsm_
     out->width = d->width;
     out->height = d->height;
     out->lights_per_pass = d->lights_per_pass ? d->lights_per_pass : 4096;
-    out->direct = out->bounce = GLBK__RSM_NONE;
     out->compute = ctx->compute && (!d->interpolate || 4 * (size_t)d->width * d->height <= ctx->max_storage);
-    result = glbk__rsm_renderer_images(ctx, out, d);
+    result = glbk__rsm_image(ctx, GLBK_FORMAT_RGBA32UI, 1024, GLBK__RSM_LIST / 1024, 4, &out->lights);
+    if (result == GLBK_OK) result = glbk__rsm_target(ctx, &out->lights, 0, 4, NULL, &out->lights_target);
+    if (result == GLBK_OK) result = glbk__rsm_renderer_images(ctx, out, d->interpolate, d->denoise);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof out->values, NULL, &out->frame);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof out->drawn, NULL, &out->object);
     if (result == GLBK_OK)
@@ -3374,11 +3384,9 @@ GLBK_DEF glbk_result glbk_rsm_renderer_create(glbk_context *ctx, const glbk_rsm_
     return result;
 }
 
-GLBK_DEF void glbk_rsm_renderer_free(glbk_context *ctx, glbk_rsm_renderer *r)
+static void glbk__rsm_free_images(glbk_context *ctx, glbk_rsm_renderer *r)
 {
     uint32_t i;
-    if (!r) return;
-    for (i = 0; i < GLBK_RSM_PROGRAM_COUNT; i++) glbk_program_free(ctx, &r->programs[i]);
     for (i = 0; i < 3; i++) {
         glbk_target_free(ctx, &r->targets[i]);
         glbk_target_free(ctx, &r->grid_targets[i]);
@@ -3389,7 +3397,41 @@ GLBK_DEF void glbk_rsm_renderer_free(glbk_context *ctx, glbk_rsm_renderer *r)
         glbk_target_free(ctx, &r->history_targets[i]);
         glbk_texture_free(ctx, &r->kept[i]);
         glbk_texture_free(ctx, &r->history[i]);
+        glbk_buffer_free(ctx, &r->pending[i]);
     }
+    glbk_buffer_free(ctx, &r->wanted);
+    glbk_buffer_free(ctx, &r->marks);
+    glbk_buffer_free(ctx, &r->counts);
+}
+
+GLBK_DEF glbk_result glbk_rsm_renderer_resize(glbk_context *ctx, glbk_rsm_renderer *r, uint32_t width,
+                                              uint32_t height)
+{
+    const int interpolate = r && r->grids[0].name, denoise = r && r->history[0].name;
+    const double bytes = 4.0 * width * height;
+    glbk_result result;
+    if (!ctx) return GLBK_ERR_ARGUMENT;
+    result = glbk__rsm_renderer_check(ctx, __func__, r);
+    if (result == GLBK_OK) result = glbk__require_side(ctx, __func__, "width", width);
+    if (result == GLBK_OK) result = glbk__require_side(ctx, __func__, "height", height);
+    if (result != GLBK_OK) return result;
+    if (interpolate && r->compute && bytes > (double)ctx->max_storage)
+        return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, __func__, "4 width height", bytes, 4,
+                                  (double)ctx->max_storage);
+    glbk__rsm_free_images(ctx, r);
+    r->width = width;
+    r->height = height;
+    result = glbk__rsm_renderer_images(ctx, r, interpolate, denoise);
+    if (result != GLBK_OK) glbk_rsm_renderer_free(ctx, r);
+    return result;
+}
+
+GLBK_DEF void glbk_rsm_renderer_free(glbk_context *ctx, glbk_rsm_renderer *r)
+{
+    uint32_t i;
+    if (!r) return;
+    for (i = 0; i < GLBK_RSM_PROGRAM_COUNT; i++) glbk_program_free(ctx, &r->programs[i]);
+    glbk__rsm_free_images(ctx, r);
     glbk_target_free(ctx, &r->lights_target);
     glbk_texture_free(ctx, &r->lights);
     glbk_texture_free(ctx, &r->pattern);
@@ -3398,10 +3440,6 @@ GLBK_DEF void glbk_rsm_renderer_free(glbk_context *ctx, glbk_rsm_renderer *r)
     glbk_buffer_free(ctx, &r->frame);
     glbk_buffer_free(ctx, &r->object);
     glbk_buffer_free(ctx, &r->imported);
-    glbk_buffer_free(ctx, &r->counts);
-    for (i = 0; i < 2; i++) glbk_buffer_free(ctx, &r->pending[i]);
-    glbk_buffer_free(ctx, &r->wanted);
-    glbk_buffer_free(ctx, &r->marks);
     memset(r, 0, sizeof *r);
 }
 

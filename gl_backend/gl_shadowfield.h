@@ -264,6 +264,15 @@ typedef struct glbk_sfield_renderer_desc {
 
 /* ---- the light of a picture ---- */
 
+GLBK_DEF glbk_result glbk_sfield_renderer_resize(glbk_context *ctx, glbk_sfield_renderer *renderer,
+                                                 uint32_t width, uint32_t height);
+/* Gives the renderer another size, without what it had drawn; self-visibility is forgotten, too. Its programs
+   stay, whereas a new renderer would compile them anew; so call it when a window has changed its size, with
+   glbk_gbuffer_resize.
+   Errors   GLBK_ERR_ARGUMENT: the renderer is NULL or was not created. GLBK_ERR_DESC, GLBK_ERR_LIMIT: as for
+            glbk_sfield_renderer_create. After these it is as it was, after those of textures and targets
+            it is freed and zeroed */
+
 GLBK_DEF glbk_result glbk_sfield_read(glbk_context *ctx, glbk_sfield_renderer *renderer, float *light,
                                       float *gloss);
 /* Waits for the GPU and reads the light of all pixels, as the textures hold it, rows from the bottom up.
@@ -2935,8 +2944,9 @@ GLBK_DEF glbk_result glbk_sfield_self_object(glbk_context *ctx, glbk_sfield_rend
 
 enum { GLBK__SFIELD_TERMS = 200 };      /* leaves room for the 163 of 4 bands */
 
-/* Makes the textures of light, gloss and grazing, and their target. */
-static glbk_result glbk__sfield_textures(glbk_context *ctx, glbk_sfield_renderer *r, int gloss, int grazing)
+/* Makes the textures of a size: light, gloss and grazing with their target, and self-visibility. */
+static glbk_result glbk__sfield_textures(glbk_context *ctx, glbk_sfield_renderer *r, int gloss, int grazing,
+                                         int self)
 {
     glbk_texture_desc texture;
     glbk_target_desc target;
@@ -2957,7 +2967,8 @@ static glbk_result glbk__sfield_textures(glbk_context *ctx, glbk_sfield_renderer
         result = glbk_texture_create(ctx, &texture, &r->grazing);
         target.color[2] = &r->grazing;
     }
-    return result == GLBK_OK ? glbk__target_create(ctx, &target, &r->target) : result;
+    if (result == GLBK_OK) result = glbk__target_create(ctx, &target, &r->target);
+    return result == GLBK_OK && self ? glbk__sfield_self_create(ctx, r) : result;
 }
 
 /* Appends "ARRAY[N]". */
@@ -3099,8 +3110,7 @@ GLBK_DEF glbk_result glbk_sfield_renderer_create(glbk_context *ctx, const glbk_s
     defines[59] = d->grazing ? '1' : '0';
     defines[72] = d->logarithms ? '1' : '0';
     out->self_attribute = d->self_attribute ? d->self_attribute : 4;
-    result = glbk__sfield_textures(ctx, out, d->gloss || d->materials, d->grazing);
-    if (result == GLBK_OK && d->self) result = glbk__sfield_self_create(ctx, out);
+    result = glbk__sfield_textures(ctx, out, d->gloss || d->materials, d->grazing, d->self);
     if (result == GLBK_OK)
         result = unrolled ? glbk__sfield_compile(ctx, d->algebra, defines, out->compute, &out->shade)
                           : glbk__gbuffer_program(ctx, glbk_sfield_part(),
@@ -3112,17 +3122,38 @@ GLBK_DEF glbk_result glbk_sfield_renderer_create(glbk_context *ctx, const glbk_s
     return result;
 }
 
-GLBK_DEF void glbk_sfield_renderer_free(glbk_context *ctx, glbk_sfield_renderer *r)
+static void glbk__sfield_free_textures(glbk_context *ctx, glbk_sfield_renderer *r)
 {
-    if (!r) return;
-    glbk_program_free(ctx, &r->shade);
-    glbk_program_free(ctx, &r->record);
     glbk_target_free(ctx, &r->target);
     glbk_target_free(ctx, &r->self_target);
     glbk_texture_free(ctx, &r->light);
     glbk_texture_free(ctx, &r->gloss);
     glbk_texture_free(ctx, &r->grazing);
     glbk_texture_free(ctx, &r->self);
+}
+
+GLBK_DEF glbk_result glbk_sfield_renderer_resize(glbk_context *ctx, glbk_sfield_renderer *r, uint32_t width,
+                                                 uint32_t height)
+{
+    const int gloss = r && r->gloss.name, grazing = r && r->grazing.name, self = r && r->self.name;
+    glbk_result result = glbk__require_created(ctx, __func__, "renderer", r ? &r->target.name : NULL);
+    if (result == GLBK_OK) result = glbk__require_side(ctx, __func__, "width", width);
+    if (result == GLBK_OK) result = glbk__require_side(ctx, __func__, "height", height);
+    if (result != GLBK_OK) return result;
+    glbk__sfield_free_textures(ctx, r);
+    r->width = width;
+    r->height = height;
+    result = glbk__sfield_textures(ctx, r, gloss, grazing, self);
+    if (result != GLBK_OK) glbk_sfield_renderer_free(ctx, r);
+    return result;
+}
+
+GLBK_DEF void glbk_sfield_renderer_free(glbk_context *ctx, glbk_sfield_renderer *r)
+{
+    if (!r) return;
+    glbk_program_free(ctx, &r->shade);
+    glbk_program_free(ctx, &r->record);
+    glbk__sfield_free_textures(ctx, r);
     glbk_buffer_free(ctx, &r->frame);
     glbk_buffer_free(ctx, &r->object);
     memset(r, 0, sizeof *r);

@@ -12,7 +12,7 @@ BEGIN {
     verbs = "abandon accumulate add apply ask begin bind bounce build cast check choose clear compile compress create denoise " \
         "dispatch draw end eval exp fill find finish fit follow forget forward free gather hit illuminate import init interpolate " \
         "inverse jitter log match merge move open pack place prepare project query rasterize read redraw render replay reset " \
-        "resolve restart restore rotate run sample save scatter see shade spread turn unzoom update upload use verify " \
+        "resize resolve restart restore rotate run sample save scatter see shade spread turn unzoom update upload use verify " \
         "write zoom"
     nouns = "ambient angle as atlas basis block brdf budget bytes callback cluster coordinates cosine count data depth depths direct " \
         "direction directions domain dot emissive emitter entities environment file fill glsl image importances incident " \

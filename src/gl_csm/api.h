@@ -30,6 +30,15 @@ GLBK_DEF glbk_result glbk_csm_read(glbk_context *ctx, glbk_csm_renderer *rendere
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or the renderer was not created. GLBK_ERR_ORDER: there is no
             frame yet. Those of glbk_target_read */
 
+GLBK_DEF glbk_result glbk_csm_renderer_resize(glbk_context *ctx, glbk_csm_renderer *renderer, uint32_t width,
+                                              uint32_t height);
+/* Gives the renderer another size, without frames. Its programs stay, whereas a new renderer would compile
+   them anew, seconds on some drivers; so call it when a window has changed its size, with
+   glbk_gbuffer_resize.
+   Errors   GLBK_ERR_ARGUMENT: the renderer is NULL or was not created. GLBK_ERR_DESC, GLBK_ERR_LIMIT: as for
+            glbk_csm_renderer_create. After these it is as it was, after those of textures and targets it is
+            freed and zeroed */
+
 GLBK_DEF void glbk_csm_renderer_free(glbk_context *ctx, glbk_csm_renderer *renderer);
 /* Deletes the renderer's objects of GL and zeroes the struct. NULL is allowed. */
 

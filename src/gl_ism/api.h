@@ -40,6 +40,14 @@ GLBK_DEF glbk_result glbk_ism_renderer_create(glbk_context *ctx, const glbk_ism_
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: width or height is 0. GLBK_ERR_LIMIT: width
             or height is above ctx->max_side. Those of programs, textures and targets */
 
+GLBK_DEF glbk_result glbk_ism_renderer_resize(glbk_context *ctx, glbk_ism_renderer *renderer, uint32_t width,
+                                              uint32_t height);
+/* Gives the renderer another size, without what it had drawn. Its programs stay, whereas a new renderer would
+   compile them anew; so call it when a window has changed its size, with glbk_gbuffer_resize.
+   Errors   GLBK_ERR_ARGUMENT: the renderer is NULL or was not created. GLBK_ERR_DESC, GLBK_ERR_LIMIT: as for
+            glbk_ism_renderer_create. After these it is as it was, after those of textures and targets
+            it is freed and zeroed */
+
 GLBK_DEF void glbk_ism_renderer_free(glbk_context *ctx, glbk_ism_renderer *renderer);
 /* Frees what glbk_ism_renderer_create made, and zeroes the struct. NULL and a zeroed renderer are allowed. */
 

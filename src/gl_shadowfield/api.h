@@ -1,5 +1,14 @@
 /* ---- the light of a picture ---- */
 
+GLBK_DEF glbk_result glbk_sfield_renderer_resize(glbk_context *ctx, glbk_sfield_renderer *renderer,
+                                                 uint32_t width, uint32_t height);
+/* Gives the renderer another size, without what it had drawn; self-visibility is forgotten, too. Its programs
+   stay, whereas a new renderer would compile them anew; so call it when a window has changed its size, with
+   glbk_gbuffer_resize.
+   Errors   GLBK_ERR_ARGUMENT: the renderer is NULL or was not created. GLBK_ERR_DESC, GLBK_ERR_LIMIT: as for
+            glbk_sfield_renderer_create. After these it is as it was, after those of textures and targets
+            it is freed and zeroed */
+
 GLBK_DEF glbk_result glbk_sfield_read(glbk_context *ctx, glbk_sfield_renderer *renderer, float *light,
                                       float *gloss);
 /* Waits for the GPU and reads the light of all pixels, as the textures hold it, rows from the bottom up.

@@ -25,6 +25,18 @@ enum { SIDE = 8 };
 
 #define IS_EARLY(call) ERROR_IS(GLBK_ERR_ORDER, call)
 
+/* Another size that is refused leaves a renderer as it was. */
+#define RESIZES(resize, r, none)                                            \
+    do {                                                                    \
+        REFUSED(resize(NULL, &(r), SIDE, SIDE));                            \
+        REFUSED(resize(gl, NULL, SIDE, SIDE));                              \
+        REFUSED(resize(gl, &(none), SIDE, SIDE));                           \
+        ERROR_IS(GLBK_ERR_DESC, resize(gl, &(r), 0, SIDE));                 \
+        ERROR_IS(GLBK_ERR_LIMIT, resize(gl, &(r), SIDE, gl->max_side + 1)); \
+        assert_true((r).width == SIDE && (r).height == SIDE);               \
+        assert_glbk(t, resize(gl, &(r), SIDE + 1, SIDE));                   \
+    } while (0)
+
 static const float unit[16] = { 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 };
 
 /* ---- the layer below ---- */
@@ -639,6 +651,7 @@ static void csm_frames_refuse_bad_arguments(void **state)
     glbk_csm_renderer_desc d = { SIDE, SIDE, 1, 0 };
     const glbk_gbuffer_desc sizes = { SIDE, SIDE, { 0, 0, 0, 0, NULL, NULL }, NULL };
     const glbk_gbuffer_desc small = { SIDE, 4, { 0, 0, 0, 0, NULL, NULL }, NULL };
+    glbk_gbuffer_desc wide = { SIDE + 1, SIDE, { 0, 0, 0, 0, NULL, NULL }, NULL };
     glbk_gbuffer seen, wrong, unmade = { 0 };
     glbk_csm_renderer r, none = { 0 };
     glbk_csm_frame_desc f = { 0 };
@@ -656,7 +669,18 @@ static void csm_frames_refuse_bad_arguments(void **state)
     DESC_WRONG(r, d.height, 0, glbk_csm_renderer_create(gl, &d, &r));
     DESC_WRONG(r, d.lobe_count, 9, glbk_csm_renderer_create(gl, &d, &r));
     assert_glbk(t, glbk_csm_renderer_create(gl, &d, &r));
+    RESIZES(glbk_csm_renderer_resize, r, (glbk_csm_renderer){ .width = 0 });
+    assert_glbk(t, glbk_csm_renderer_resize(gl, &r, SIDE, SIDE));
     assert_glbk(t, glbk_gbuffer_create(gl, &sizes, &seen));
+    REFUSED(glbk_gbuffer_resize(NULL, &seen, &sizes));
+    REFUSED(glbk_gbuffer_resize(gl, NULL, &sizes));
+    REFUSED(glbk_gbuffer_resize(gl, &seen, NULL));
+    REFUSED(glbk_gbuffer_resize(gl, &(glbk_gbuffer){ 0 }, &sizes));
+    ERROR_IS(GLBK_ERR_DESC, glbk_gbuffer_resize(gl, &seen, &(glbk_gbuffer_desc){ .width = SIDE }));
+    wide.depth = &seen.depth;
+    ERROR_IS(GLBK_ERR_MISMATCH, glbk_gbuffer_resize(gl, &seen, &wide));
+    assert_true(seen.width == sizes.width && seen.words[3].name);
+    assert_glbk(t, glbk_gbuffer_resize(gl, &seen, &sizes));
     assert_glbk(t, glbk_gbuffer_create(gl, &small, &wrong));
 
     f.lights = &s.lights;
@@ -906,6 +930,8 @@ static void envsh_maps_and_frames_refuse_bad_arguments(void **state)
     MAKES_IS(GLBK_ERR_DESC, r, glbk_envsh_renderer_create(gl, &(glbk_envsh_renderer_desc){ 0, SIDE }, &r));
     MAKES_IS(GLBK_ERR_DESC, r, glbk_envsh_renderer_create(gl, &(glbk_envsh_renderer_desc){ SIDE, 0 }, &r));
     assert_glbk(t, glbk_envsh_renderer_create(gl, &(glbk_envsh_renderer_desc){ SIDE, SIDE }, &r));
+    RESIZES(glbk_envsh_renderer_resize, r, (glbk_envsh_renderer){ .width = 0 });
+    assert_glbk(t, glbk_envsh_renderer_resize(gl, &r, SIDE, SIDE));
     assert_glbk(t, glbk_gbuffer_create(gl, &size, &seen));
     size.width = SIDE - 1;
     assert_glbk(t, glbk_gbuffer_create(gl, &size, &narrow));
@@ -1057,6 +1083,8 @@ static void rsm_renderers_and_tables_refuse_bad_arguments(void **state)
     WRONG_IS(GLBK_ERR_LIMIT, r, d.height, gl->max_side + 1, glbk_rsm_renderer_create(gl, &d, &r));
     WRONG_IS(GLBK_ERR_DESC, r, d.lights_per_pass, 32769, glbk_rsm_renderer_create(gl, &d, &r));
     assert_glbk(t, glbk_rsm_renderer_create(gl, &d, &r));
+    RESIZES(glbk_rsm_renderer_resize, r, (glbk_rsm_renderer){ .width = 0 });
+    assert_glbk(t, glbk_rsm_renderer_resize(gl, &r, SIDE, SIDE));
     memset(&surface, 0, sizeof surface);
     memset(&tables, 0, sizeof tables);
     tables.pattern = RSM_PATTERN_POISSON;
@@ -1537,6 +1565,8 @@ static void ism_passes_refuse_bad_arguments(void **state)
     assert_glbk(t, glbk_ism_maps_create(gl, &d, &m));
     assert_glbk(t, glbk_ism_vpls_upload(gl, &m, &v, 1, &info));
     assert_glbk(t, glbk_ism_renderer_create(gl, &(glbk_ism_renderer_desc){ SIDE, SIDE }, &r));
+    RESIZES(glbk_ism_renderer_resize, r, (glbk_ism_renderer){ .width = 0 });
+    assert_glbk(t, glbk_ism_renderer_resize(gl, &r, SIDE, SIDE));
     assert_glbk(t, glbk_gbuffer_create(gl, &size, &seen));
     assert_glbk(t, glbk_gbuffer_create(gl, &half, &small));
     ERROR_IS(GLBK_ERR_ORDER, glbk_ism_shade(gl, &r, &seen, &m, NULL, 0));       /* the maps hold nothing yet */

@@ -29,6 +29,23 @@ typedef struct technique {
     void        (*destroy)(gl_test *t);
 } technique;
 
+/* ---- the G-buffer ---- */
+
+static glbk_gbuffer seen;
+
+static glbk_result make_gbuffer(gl_test *t)
+{
+    glbk_gbuffer_desc size;
+    glbk_result result;
+    memset(&size, 0, sizeof size);
+    size.width = size.height = 4;
+    result = glbk_gbuffer_create(&t->gl, &size, &seen);
+    size.width = 5;
+    return result == GLBK_OK ? glbk_gbuffer_resize(&t->gl, &seen, &size) : result;
+}
+
+static void destroy_gbuffer(gl_test *t) { glbk_gbuffer_free(&t->gl, &seen); }
+
 /* ---- csm ---- */
 
 static struct {
@@ -74,6 +91,7 @@ static glbk_result make_csm(gl_test *t)
     if (result == GLBK_OK) result = glbk_csm_asker_create(&t->gl, 8, &csm.asker);
     if (result == GLBK_OK) result = glbk_csm_ask_upload(&t->gl, &csm.asker, &questions);
     if (result == GLBK_OK) result = glbk_csm_builder_create(&t->gl, &builder, &csm.builder);
+    if (result == GLBK_OK) result = glbk_csm_renderer_resize(&t->gl, &csm.renderer, 5, 3);
     return result;
 }
 
@@ -121,6 +139,7 @@ static glbk_result make_sfield(gl_test *t)
     result = glbk_sfield_scene_create(&t->gl, &scene, &sfield.scene);
     if (result == GLBK_OK) result = glbk_sfield_renderer_create(&t->gl, &renderer, &sfield.renderer);
     if (result == GLBK_OK) result = glbk_sfield_builder_create(&t->gl, &builder, &sfield.builder);
+    if (result == GLBK_OK) result = glbk_sfield_renderer_resize(&t->gl, &sfield.renderer, 5, 3);
     return result;
 }
 
@@ -148,6 +167,7 @@ static glbk_result make_envsh(gl_test *t)
     result = glbk_envsh_maps_create(&t->gl, &maps, &envsh.maps);
     if (result == GLBK_OK)
         result = glbk_envsh_renderer_create(&t->gl, &(glbk_envsh_renderer_desc){ 4, 4 }, &envsh.renderer);
+    if (result == GLBK_OK) result = glbk_envsh_renderer_resize(&t->gl, &envsh.renderer, 5, 3);
     return result;
 }
 
@@ -183,6 +203,7 @@ static glbk_result make_rsm(gl_test *t)
     result = glbk_rsm_map_create(&t->gl, &lamp, 4, &rsm.map);
     if (result == GLBK_OK) result = glbk_rsm_renderer_create(&t->gl, &renderer, &rsm.renderer);
     if (result == GLBK_OK) result = glbk_rsm_tables_upload(&t->gl, &rsm.renderer, &tables, zeros);
+    if (result == GLBK_OK) result = glbk_rsm_renderer_resize(&t->gl, &rsm.renderer, 5, 3);
     return result;
 }
 
@@ -209,6 +230,7 @@ static glbk_result make_ism(gl_test *t)
     result = glbk_ism_maps_create(&t->gl, &maps, &ism.maps);
     if (result == GLBK_OK) result = glbk_ism_mesh_upload(&t->gl, &ism.maps, &mesh);
     if (result == GLBK_OK) result = glbk_ism_renderer_create(&t->gl, &(glbk_ism_renderer_desc){ 4, 4 }, &ism.renderer);
+    if (result == GLBK_OK) result = glbk_ism_renderer_resize(&t->gl, &ism.renderer, 5, 3);
     return result;
 }
 
@@ -251,6 +273,7 @@ static void cycle(gl_test *t, technique a)
         const technique a = { make_##name, destroy_##name };    \
         cycle(t, a);                                            \
     }
+CYCLE(gbuffer)
 CYCLE(csm)
 CYCLE(sfield)
 CYCLE(envsh)
@@ -262,7 +285,7 @@ int main(int count, char **values)
     struct CMUnitTest tests[] = {
         gl_unit_test(cycles_of_csm_leave_nothing),   gl_unit_test(cycles_of_sfield_leave_nothing),
         gl_unit_test(cycles_of_envsh_leave_nothing), gl_unit_test(cycles_of_rsm_leave_nothing),
-        gl_unit_test(cycles_of_ism_leave_nothing),
+        gl_unit_test(cycles_of_ism_leave_nothing),   gl_unit_test(cycles_of_gbuffer_leave_nothing),
     };
     (void)count;
     GL_TEST_MAIN(values, tests, GL_CORE45 | GL_ES30_BARE);

@@ -277,6 +277,13 @@ static void renderers_refuse_bad_arguments(void **state)
     assert_glbk(t, glbk_sfield_renderer_create(gl, &d, &r));
     d.gloss = 0;
     assert_glbk(t, glbk_sfield_renderer_create(gl, &d, &dull));
+    REFUSED(glbk_sfield_renderer_resize(NULL, &r, SIDE, SIDE));
+    REFUSED(glbk_sfield_renderer_resize(gl, NULL, SIDE, SIDE));
+    REFUSED(glbk_sfield_renderer_resize(gl, &none, SIDE, SIDE));
+    ERROR_IS(GLBK_ERR_DESC, glbk_sfield_renderer_resize(gl, &r, 0, SIDE));
+    ERROR_IS(GLBK_ERR_LIMIT, glbk_sfield_renderer_resize(gl, &r, SIDE, gl->max_side + 1));
+    assert_glbk(t, glbk_sfield_renderer_resize(gl, &r, SIDE + 1, SIDE));
+    assert_glbk(t, glbk_sfield_renderer_resize(gl, &r, SIDE, SIDE));
     assert_glbk(t, glbk_sfield_shade(gl, &r, &g, &w, eye, 1));
     REFUSED(glbk_sfield_shade(NULL, &r, &g, &w, eye, 1));
     LOGGED(t, "glbk_sfield_shade: renderer is NULL", glbk_sfield_shade(gl, NULL, &g, &w, eye, 1), GLBK_ERR_ARGUMENT);
