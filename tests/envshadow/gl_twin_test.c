@@ -1071,8 +1071,8 @@ static void failures_leave_nothing(void **state)
     glbk_result result;
     int failed = 0;
     t->gl.check = 1;
-    fake_begin(t, 0x0505);
-    for (fake.at = 1;; fake.at += fake.at < 90 ? 3 : 7) {
+    fake_begin_blind(t, 0x0505);
+    for (fake.at = 1;; fake.at++) {
         glbk_envsh_maps_desc d;
         glbk_envsh_maps m;
         glbk_gbuffer_desc size;

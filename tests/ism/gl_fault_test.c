@@ -145,7 +145,7 @@ static void every_error_comes_out(void **state)
     glbk_result result = GLBK_ERR_GL;
     int failures = 0;
     t->gl.check = 1;
-    fake_begin(t, 0x0505);
+    fake_begin_blind(t, 0x0505);
     for (fake.at = 1; result != GLBK_OK; fake.at++) {
         prepare(&s);
         fake.calls = 0;
@@ -213,7 +213,7 @@ static void failed_allocations_leave_nothing(void **state)
     int given;
     t->gl.system.allocator.alloc_fn = fake_alloc;
     t->gl.system.allocator.free_fn = fake_free;
-    fake_begin(t, 0);
+    fake_begin_blind(t, 0);
     for (given = 0; result != GLBK_OK; given++) {
         prepare(&s);
         fake_memory.left = given;

@@ -1,6 +1,6 @@
 /* gl_fake.h - GL that fails on demand and counts the names that live: glGetError has something to say the n-th time
    that it is asked, no shader or program is to be had; programs that are names only, for tests that make objects a
-   thousand times; an allocator that gives out. Include gl_test.h before. */
+   thousand times, and draws by them that draw nothing; an allocator that gives out. Include gl_test.h before. */
 #ifndef GL_FAKE_H
 #define GL_FAKE_H
 
@@ -133,6 +133,48 @@ static inline void fake_begin_hollow(gl_test *t, uint32_t error)
     gl->GetShaderiv = gl->GetProgramiv = fake_works;
     gl->GetUniformBlockIndex = fake_no_block;
     gl->GetUniformLocation = fake_no_place;
+}
+
+static inline void GLBK_CALL fake_draw(uint32_t mode, int32_t first, int32_t count)
+{
+    (void)mode, (void)first, (void)count;
+}
+
+static inline void GLBK_CALL fake_draw_many(uint32_t mode, int32_t first, int32_t count, int32_t instances)
+{
+    (void)mode, (void)first, (void)count, (void)instances;
+}
+
+static inline void GLBK_CALL fake_draw_indexed(uint32_t mode, int32_t count, uint32_t type, const void *at)
+{
+    (void)mode, (void)count, (void)type, (void)at;
+}
+
+static inline void GLBK_CALL fake_draw_many_indexed(uint32_t mode, int32_t count, uint32_t type, const void *at,
+                                                    int32_t instances)
+{
+    (void)mode, (void)count, (void)type, (void)at, (void)instances;
+}
+
+static inline void GLBK_CALL fake_dispatch(uint32_t x, uint32_t y, uint32_t z) { (void)x, (void)y, (void)z; }
+static inline void GLBK_CALL fake_dispatch_at(ptrdiff_t at) { (void)at; }
+static inline void GLBK_CALL fake_nothing(void) {}
+
+/* The same; passes may be begun with such programs, and draw nothing: a test that goes through all calls that can
+   fail, again and again, need not wait for shaders to be translated. */
+static inline void fake_begin_blind(gl_test *t, uint32_t error)
+{
+    glbk_functions *gl = &t->gl.gl;
+    fake_begin_hollow(t, error);
+    gl->UseProgram = fake_name;
+    gl->DrawArrays = fake_draw;
+    gl->DrawArraysInstanced = fake_draw_many;
+    gl->DrawElements = fake_draw_indexed;
+    gl->DrawElementsInstanced = fake_draw_many_indexed;
+    gl->BeginTransformFeedback = fake_name;
+    gl->EndTransformFeedback = fake_nothing;
+    gl->DispatchCompute = fake_dispatch;
+    gl->DispatchComputeIndirect = fake_dispatch_at;
 }
 
 /* How many names of every kind GL knows. Mesa goes upwards and begins anew late, Emscripten never: a wide range. */
