@@ -1787,8 +1787,8 @@ static glbk_result glbk__check_attachment(const glbk_context *ctx, const glbk_ta
                                           glbk_target *out)
 {
     static const char function[] = "glbk_target_create";
-    static const char *const names[] = { "desc.color[0]", "desc.color[1]", "desc.color[2]", "desc.color[3]",
-                                         "desc.depth" };
+    static const char names[][14] = { "desc.color[0]", "desc.color[1]", "desc.color[2]", "desc.color[3]",
+                                      "desc.depth" };
     const int is_color = i < GLBK_MAX_ATTACHMENTS;
     const glbk_texture *t = is_color ? d->color[i] : d->depth;
     const uint32_t layer = is_color ? d->layer[i] : d->depth_layer, layers = t->layers ? t->layers : 1;

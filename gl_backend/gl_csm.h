@@ -980,7 +980,7 @@ static inline glbk_csm__allocator glbk_csm__memory(const glbk_context *ctx)
 
 
 static const struct { char facts[34];
-    char s0[3977]; char s1[1574]; char end; } glbk__glsl_lib_cohsm_brdf_glsl = {
+    char s0[3977]; char s1[1574]; char end; } glbk__glsl_lib_cohsm_brdf_glsl GLBK__TIGHT = {
     "lib/cohsm_brdf.glsl\0" "cohsm_math" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\n\n\n#ifndef COHSM_LOBES\n"
@@ -1182,7 +1182,7 @@ static const struct { char facts[34];
 };
 
 static const struct { char facts[63];
-    char s0[2739]; char end; } glbk__glsl_lib_cohsm_estimate_glsl = {
+    char s0[2739]; char end; } glbk__glsl_lib_cohsm_estimate_glsl GLBK__TIGHT = {
     "lib/cohsm_estimate.glsl\0" "cohsm_random cohsm_brdf cohsm_light" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\n\n\n\n#define COHSM_SAMPLING_BOTH 0\n"
@@ -1272,7 +1272,7 @@ static const struct { char facts[63];
 
 static const struct { char facts[46];
     char s0[3971]; char s1[3984]; char s2[3990];
-    char s3[1196]; char end; } glbk__glsl_lib_cohsm_light_glsl = {
+    char s3[1196]; char end; } glbk__glsl_lib_cohsm_light_glsl GLBK__TIGHT = {
     "lib/cohsm_light.glsl\0" "cohsm_math cohsm_octa" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\n\n\n\n#ifndef COHSM_LIGHT_TEXEL\n"
@@ -1673,7 +1673,7 @@ static const struct { char facts[46];
 };
 
 static const struct { char facts[26];
-    char s0[3999]; char s1[3960]; char s2[3655]; char end; } glbk__glsl_lib_cohsm_lookup_glsl = {
+    char s0[3999]; char s1[3960]; char s2[3655]; char end; } glbk__glsl_lib_cohsm_lookup_glsl GLBK__TIGHT = {
     "lib/cohsm_lookup.glsl\0" "" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\n\n\n#ifndef COHSM_TEXEL\n"
@@ -2034,7 +2034,7 @@ static const struct { char facts[26];
 };
 
 static const struct { char facts[24];
-    char s0[3553]; char end; } glbk__csm_files_lib_cohsm_math_glsl = {
+    char s0[3553]; char end; } glbk__csm_files_lib_cohsm_math_glsl GLBK__TIGHT = {
     "lib/cohsm_math.glsl\0" "" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\n\n#define COHSM_PI 3.14159265\n"
@@ -2153,7 +2153,7 @@ static const struct { char facts[24];
 };
 
 static const struct { char facts[34];
-    char s0[904]; char end; } glbk__glsl_lib_cohsm_octa_glsl = {
+    char s0[904]; char end; } glbk__glsl_lib_cohsm_octa_glsl GLBK__TIGHT = {
     "lib/cohsm_octa.glsl\0" "cohsm_math" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\nfloat cohsm_acos(float x)\n"
@@ -2189,7 +2189,7 @@ static const struct { char facts[34];
 };
 
 static const struct { char facts[26];
-    char s0[1174]; char end; } glbk__glsl_lib_cohsm_random_glsl = {
+    char s0[1174]; char end; } glbk__glsl_lib_cohsm_random_glsl GLBK__TIGHT = {
     "lib/cohsm_random.glsl\0" "" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\nuint cohsm_hash(uint x)\n"
@@ -2237,7 +2237,7 @@ static const struct { char facts[26];
 
 static const struct { char facts[74];
     char s0[3975]; char s1[3997]; char s2[3942];
-    char s3[1020]; char end; } glbk__glsl_lib_cohsm_visible_glsl = {
+    char s3[1020]; char end; } glbk__glsl_lib_cohsm_visible_glsl GLBK__TIGHT = {
     "lib/cohsm_visible.glsl\0" "cohsm_math cohsm_octa cohsm_random cohsm_lookup" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\n\n\n\n\n\n#define COHSM_LIGHT_DIRECTION 0\n"
@@ -2616,7 +2616,7 @@ static const struct { char facts[74];
 };
 
 static const struct { char facts[42];
-    char s0[419]; char end; } glbk__glsl_lib_csm_access_glsl = {
+    char s0[419]; char end; } glbk__glsl_lib_csm_access_glsl GLBK__TIGHT = {
     "lib/csm_access.glsl\0" "table csm_bindings" "\0" "" "\0"
     "" "\0" "",
     "\n\n#define COHSM_TEXEL(i) texelFetch(glbk_csm_blocks, glbk_table_at(i), 0)\n"
@@ -2637,7 +2637,7 @@ static const struct { char facts[42];
 };
 
 static const struct { char facts[26];
-    char s0[646]; char end; } glbk__glsl_lib_csm_bindings_glsl = {
+    char s0[646]; char end; } glbk__glsl_lib_csm_bindings_glsl GLBK__TIGHT = {
     "lib/csm_bindings.glsl\0" "" "\0" "" "\0"
     "" "\0" "",
     "\nuniform usampler2DArray glbk_csm_blocks,glbk_csm_lights,glbk_csm_instances,\n"
@@ -2654,7 +2654,7 @@ static const struct { char facts[26];
 };
 
 static const struct { char facts[47];
-    char s0[1816]; char end; } glbk__glsl_lib_csm_compress_glsl = {
+    char s0[1816]; char end; } glbk__glsl_lib_csm_compress_glsl GLBK__TIGHT = {
     "lib/csm_compress.glsl\0" "csm_bindings csm_peel" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\nstruct csm_open{\n"
@@ -2725,7 +2725,7 @@ static const struct { char facts[47];
 };
 
 static const struct { char facts[37];
-    char s0[247]; char end; } glbk__glsl_lib_csm_frame_glsl = {
+    char s0[247]; char end; } glbk__glsl_lib_csm_frame_glsl GLBK__TIGHT = {
     "lib/csm_frame.glsl\0" "" "\0" "" "\0"
     "" "\0" "glbk_csm_frame",
     "\nlayout(std140)uniform glbk_csm_frame_block{\n"
@@ -2739,7 +2739,7 @@ static const struct { char facts[37];
 };
 
 static const struct { char facts[47];
-    char s0[498]; char end; } glbk__glsl_lib_csm_instances_glsl = {
+    char s0[498]; char end; } glbk__glsl_lib_csm_instances_glsl GLBK__TIGHT = {
     "lib/csm_instances.glsl\0" "csm_access csm_scene" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\n#ifdef CSM_INSTANCES\n"
@@ -2759,7 +2759,7 @@ static const struct { char facts[47];
 };
 
 static const struct { char facts[56];
-    char s0[265]; char end; } glbk__glsl_lib_csm_pattern_glsl = {
+    char s0[265]; char end; } glbk__glsl_lib_csm_pattern_glsl GLBK__TIGHT = {
     "lib/csm_pattern.glsl\0" "csm_access cohsm_math csm_frame" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n#ifdef CSM_PATTERNS\n"
@@ -2773,7 +2773,7 @@ static const struct { char facts[56];
 };
 
 static const struct { char facts[35];
-    char s0[208]; char end; } glbk__glsl_lib_csm_peel_glsl = {
+    char s0[208]; char end; } glbk__glsl_lib_csm_peel_glsl GLBK__TIGHT = {
     "lib/csm_peel.glsl\0" "" "\0" "" "\0"
     "" "\0" "glbk_csm_peel",
     "\nlayout(std140)uniform glbk_csm_peel_block{\n"
@@ -2785,7 +2785,7 @@ static const struct { char facts[35];
 };
 
 static const struct { char facts[37];
-    char s0[116]; char end; } glbk__glsl_lib_csm_scene_glsl = {
+    char s0[116]; char end; } glbk__glsl_lib_csm_scene_glsl GLBK__TIGHT = {
     "lib/csm_scene.glsl\0" "" "\0" "" "\0"
     "" "\0" "glbk_csm_scene",
     "\nlayout(std140)uniform glbk_csm_scene_block{\n"
@@ -2795,7 +2795,7 @@ static const struct { char facts[37];
 };
 
 static const struct { char facts[85];
-    char s0[2251]; char end; } glbk__glsl_lib_csm_shade_glsl = {
+    char s0[2251]; char end; } glbk__glsl_lib_csm_shade_glsl GLBK__TIGHT = {
     "lib/csm_shade.glsl\0" "csm_pattern csm_instances cohsm_visible cohsm_estimate gbuffer" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\n\n#if !defined(CSM_SHAPE) || !defined(CSM_ASK) || !defined(CSM_FILTER)\n"
@@ -2852,7 +2852,7 @@ static const struct { char facts[85];
 };
 
 static const struct { char facts[52];
-    char s0[165]; char end; } glbk__glsl_lib_csm_visible_glsl = {
+    char s0[165]; char end; } glbk__glsl_lib_csm_visible_glsl GLBK__TIGHT = {
     "lib/csm_visible.glsl\0" "csm_instances cohsm_visible" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\nfloat csm_visible(uint entity,const cohsm_query query,vec3 point,vec3 light)\n"
@@ -2862,7 +2862,7 @@ static const struct { char facts[52];
 };
 
 static const struct { char facts[39];
-    char s0[550]; char end; } glbk__glsl_prog_csm_compress_comp = {
+    char s0[550]; char end; } glbk__glsl_prog_csm_compress_comp GLBK__TIGHT = {
     "prog/csm_compress.comp\0" "csm_compress" "\0" "" "\0"
     "" "\0" "",
     "\n\n\nlayout(local_size_x=8,local_size_y=8)in;\n"
@@ -2882,7 +2882,7 @@ static const struct { char facts[39];
 };
 
 static const struct { char facts[39];
-    char s0[502]; char end; } glbk__glsl_prog_csm_compress_frag = {
+    char s0[502]; char end; } glbk__glsl_prog_csm_compress_frag GLBK__TIGHT = {
     "prog/csm_compress.frag\0" "csm_compress" "\0" "" "\0"
     "" "\0" "",
     "\n\n\nlayout(location=0)out uvec4 open_now;\n"
@@ -2903,7 +2903,7 @@ static const struct { char facts[39];
 };
 
 static const struct { char facts[109];
-    char s0[412]; char end; } glbk__glsl_prog_csm_peel_frag = {
+    char s0[412]; char end; } glbk__glsl_prog_csm_peel_frag GLBK__TIGHT = {
     "prog/csm_peel.frag\0" "csm_bindings mesh_fragment" "\0" "csm_peel.vert" "\0"
     "CSM_FIRST=1 GLBK_PLACE | CSM_FIRST=0 GLBK_PLACE" "\0" "",
     "\n\n\n\n\n#ifndef CSM_FIRST\n"
@@ -2927,7 +2927,7 @@ static const struct { char facts[109];
 };
 
 static const struct { char facts[66];
-    char s0[309]; char end; } glbk__glsl_prog_csm_peel_vert = {
+    char s0[309]; char end; } glbk__glsl_prog_csm_peel_vert GLBK__TIGHT = {
     "prog/csm_peel.vert\0" "csm_bindings mesh_vertex csm_peel" "\0" "" "\0"
     "GLBK_PLACE" "\0" "",
     "\n\n\n\ninvariant gl_Position;\n"
@@ -2942,7 +2942,7 @@ static const struct { char facts[66];
 };
 
 static const struct { char facts[408];
-    char s0[430]; char end; } glbk__glsl_prog_csm_query_comp = {
+    char s0[430]; char end; } glbk__glsl_prog_csm_query_comp GLBK__TIGHT = {
     "prog/csm_query.comp\0" "csm_visible csm_frame" "\0" "" "\0"
     "CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=1 CSM_INSTANCES=1 | CSM_ASK=1 CSM_FILTER=2 | CSM_ASK=2 CSM_FILTER=1 | CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=2 CSM_INSTANCES=1 | CSM_ASK=0 CSM_FILTER=1 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=1 CSM_INSTANCES=1 | CSM_ASK=0 CSM_FILTER=1 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=2 CSM_INSTANCES=1" "\0" "",
     "\n\n\n\n\n\n\nlayout(local_size_x=64)in;\n"
@@ -2958,7 +2958,7 @@ static const struct { char facts[408];
 };
 
 static const struct { char facts[408];
-    char s0[566]; char end; } glbk__glsl_prog_csm_query_frag = {
+    char s0[566]; char end; } glbk__glsl_prog_csm_query_frag GLBK__TIGHT = {
     "prog/csm_query.frag\0" "csm_visible csm_frame" "\0" "" "\0"
     "CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=1 CSM_INSTANCES=1 | CSM_ASK=1 CSM_FILTER=2 | CSM_ASK=2 CSM_FILTER=1 | CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=2 CSM_INSTANCES=1 | CSM_ASK=0 CSM_FILTER=1 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=1 CSM_INSTANCES=1 | CSM_ASK=0 CSM_FILTER=1 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=2 CSM_INSTANCES=1" "\0" "",
     "\n\n\n\n\n\n\n\n\nlayout(location=0)out uvec4 result;\n"
@@ -2977,7 +2977,7 @@ static const struct { char facts[408];
 };
 
 static const struct { char facts[56];
-    char s0[424]; char end; } glbk__glsl_prog_csm_resolve_frag = {
+    char s0[424]; char end; } glbk__glsl_prog_csm_resolve_frag GLBK__TIGHT = {
     "prog/csm_resolve.frag\0" "csm_bindings picture csm_frame" "\0" "" "\0"
     "" "\0" "",
     "\n\n\nlayout(location=0)out vec4 result;\n"
@@ -2997,7 +2997,7 @@ static const struct { char facts[56];
 };
 
 static const struct { char facts[187];
-    char s0[410]; char end; } glbk__glsl_prog_csm_shade_comp = {
+    char s0[410]; char end; } glbk__glsl_prog_csm_shade_comp GLBK__TIGHT = {
     "prog/csm_shade.comp\0" "csm_shade" "\0" "" "\0"
     "CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=2 CSM_INSTANCES=1 | CSM_SHAPE=6 CSM_ASK=2 CSM_FILTER=2 COHSM_LOBES=8 CSM_PATTERNS=1" "\0" "",
     "\n\n\n\nlayout(local_size_x=8,local_size_y=8)in;\n"
@@ -3014,7 +3014,7 @@ static const struct { char facts[187];
 };
 
 static const struct { char facts[187];
-    char s0[307]; char end; } glbk__glsl_prog_csm_shade_frag = {
+    char s0[307]; char end; } glbk__glsl_prog_csm_shade_frag GLBK__TIGHT = {
     "prog/csm_shade.frag\0" "csm_shade" "\0" "" "\0"
     "CSM_SHAPE=1 CSM_ASK=0 CSM_FILTER=0 COHSM_ONE_DOMAIN=1 COHSM_ONE_LAYOUT=2 CSM_INSTANCES=1 | CSM_SHAPE=6 CSM_ASK=2 CSM_FILTER=2 COHSM_LOBES=8 CSM_PATTERNS=1" "\0" "",
     "\n\n\n\n\nlayout(location=0)out glbk_color result;\n"

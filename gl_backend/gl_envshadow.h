@@ -483,7 +483,7 @@ static inline glbk_envsh__allocator glbk_envsh__memory(const glbk_context *ctx)
 
 
 static const struct { char facts[58];
-    char s0[1094]; char end; } glbk__glsl_lib_envsh_access_glsl = {
+    char s0[1094]; char end; } glbk__glsl_lib_envsh_access_glsl GLBK__TIGHT = {
     "lib/envsh_access.glsl\0" "table envsh_bindings envsh_scene" "\0" "" "\0"
     "" "\0" "",
     "\n\n#ifndef ENVSH_RGBA\n"
@@ -514,7 +514,7 @@ static const struct { char facts[58];
 };
 
 static const struct { char facts[28];
-    char s0[261]; char end; } glbk__glsl_lib_envsh_bindings_glsl = {
+    char s0[261]; char end; } glbk__glsl_lib_envsh_bindings_glsl GLBK__TIGHT = {
     "lib/envsh_bindings.glsl\0" "" "\0" "" "\0"
     "" "\0" "",
     "\nuniform sampler2DArray glbk_envsh_depth;\n"
@@ -526,7 +526,7 @@ static const struct { char facts[28];
 };
 
 static const struct { char facts[69];
-    char s0[1995]; char end; } glbk__glsl_lib_envsh_cast_glsl = {
+    char s0[1995]; char end; } glbk__glsl_lib_envsh_cast_glsl GLBK__TIGHT = {
     "lib/envsh_cast.glsl\0" "table envsh_bindings envsh_object envsh_scene" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\n#ifndef ENVSH_RGBA\n"
@@ -578,7 +578,7 @@ static const struct { char facts[69];
 };
 
 static const struct { char facts[45];
-    char s0[299]; char end; } glbk__glsl_lib_envsh_chunk_glsl = {
+    char s0[299]; char end; } glbk__glsl_lib_envsh_chunk_glsl GLBK__TIGHT = {
     "lib/envsh_chunk.glsl\0" "table envsh_bindings" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\n\n#define ENVSH_TEXEL(i) envsh_chunk[((i) & 504u) | (((i) ^ ((i) >> 3)) & 7u)]\n"
@@ -591,7 +591,7 @@ static const struct { char facts[45];
 };
 
 static const struct { char facts[50];
-    char s0[151]; char end; } glbk__glsl_lib_envsh_disc_glsl = {
+    char s0[151]; char end; } glbk__glsl_lib_envsh_disc_glsl GLBK__TIGHT = {
     "lib/envsh_disc.glsl\0" "envsh_bindings envsh_query" "\0" "" "\0"
     "" "\0" "",
     "\n\n#define ENVSH_DISC_PAIR(i) glbk_envsh_query.disc[(i) >> 1]\n"
@@ -599,7 +599,7 @@ static const struct { char facts[50];
 };
 
 static const struct { char facts[38];
-    char s0[1563]; char end; } glbk__glsl_lib_envsh_group_glsl = {
+    char s0[1563]; char end; } glbk__glsl_lib_envsh_group_glsl GLBK__TIGHT = {
     "lib/envsh_group.glsl\0" "envsh_visible" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\nstruct envsh_group{\n"
@@ -645,7 +645,7 @@ static const struct { char facts[38];
 };
 
 static const struct { char facts[62];
-    char s0[478]; char end; } glbk__glsl_lib_envsh_light_glsl = {
+    char s0[478]; char end; } glbk__glsl_lib_envsh_light_glsl GLBK__TIGHT = {
     "lib/envsh_light.glsl\0" "envsh_access envsh_disc envsh_visible" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\nenvsh_query envsh_bound_query()\n"
@@ -667,7 +667,7 @@ static const struct { char facts[62];
 };
 
 static const struct { char facts[43];
-    char s0[154]; char end; } glbk__glsl_lib_envsh_object_glsl = {
+    char s0[154]; char end; } glbk__glsl_lib_envsh_object_glsl GLBK__TIGHT = {
     "lib/envsh_object.glsl\0" "" "\0" "" "\0"
     "" "\0" "glbk_envsh_object",
     "\nlayout(std140)uniform glbk_envsh_object_block{\n"
@@ -677,7 +677,7 @@ static const struct { char facts[43];
 };
 
 static const struct { char facts[41];
-    char s0[157]; char end; } glbk__glsl_lib_envsh_query_glsl = {
+    char s0[157]; char end; } glbk__glsl_lib_envsh_query_glsl GLBK__TIGHT = {
     "lib/envsh_query.glsl\0" "" "\0" "" "\0"
     "" "\0" "glbk_envsh_query",
     "\nlayout(std140)uniform glbk_envsh_query_block{\n"
@@ -688,7 +688,7 @@ static const struct { char facts[41];
 };
 
 static const struct { char facts[41];
-    char s0[180]; char end; } glbk__glsl_lib_envsh_scene_glsl = {
+    char s0[180]; char end; } glbk__glsl_lib_envsh_scene_glsl GLBK__TIGHT = {
     "lib/envsh_scene.glsl\0" "" "\0" "" "\0"
     "" "\0" "glbk_envsh_scene",
     "\nlayout(std140)uniform glbk_envsh_scene_block{\n"
@@ -698,7 +698,7 @@ static const struct { char facts[41];
 };
 
 static const struct { char facts[27];
-    char s0[3963]; char s1[2895]; char end; } glbk__glsl_lib_envsh_visible_glsl = {
+    char s0[3963]; char s1[2895]; char end; } glbk__glsl_lib_envsh_visible_glsl GLBK__TIGHT = {
     "lib/envsh_visible.glsl\0" "" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\n\n\n\n#if !(defined ENVSH_FILTER && defined ENVSH_TEXEL && defined ENVSH_STORED)\n"
@@ -923,7 +923,7 @@ static const struct { char facts[27];
 };
 
 static const struct { char facts[113];
-    char s0[158]; char end; } glbk__glsl_prog_envsh_cast_frag = {
+    char s0[158]; char end; } glbk__glsl_prog_envsh_cast_frag GLBK__TIGHT = {
     "prog/envsh_cast.frag\0" "envsh_cast mesh_fragment" "\0" "envsh_cast.vert" "\0"
     "ENVSH_RGBA=0 GLBK_PLACE | ENVSH_RGBA=1 GLBK_PLACE" "\0" "",
     "\n\n\n\nin float envsh_depth;\n"
@@ -938,7 +938,7 @@ static const struct { char facts[113];
 };
 
 static const struct { char facts[96];
-    char s0[119]; char end; } glbk__glsl_prog_envsh_cast_vert = {
+    char s0[119]; char end; } glbk__glsl_prog_envsh_cast_vert GLBK__TIGHT = {
     "prog/envsh_cast.vert\0" "envsh_cast mesh_vertex" "\0" "" "\0"
     "ENVSH_RGBA=0 GLBK_PLACE | ENVSH_RGBA=1 GLBK_PLACE" "\0" "",
     "\n\n\nout float envsh_depth;\n"
@@ -949,7 +949,7 @@ static const struct { char facts[96];
 };
 
 static const struct { char facts[78];
-    char s0[808]; char end; } glbk__glsl_prog_envsh_cells_frag = {
+    char s0[808]; char end; } glbk__glsl_prog_envsh_cells_frag GLBK__TIGHT = {
     "prog/envsh_cells.frag\0" "envsh_access envsh_object" "\0" "" "\0"
     "ENVSH_RGBA=0 | ENVSH_RGBA=1" "\0" "",
     "\n\n\n\n\nlayout(location=0)out uvec4 result;\n"
@@ -979,7 +979,7 @@ static const struct { char facts[78];
 };
 
 static const struct { char facts[71];
-    char s0[355]; char end; } glbk__glsl_prog_envsh_resolve_frag = {
+    char s0[355]; char end; } glbk__glsl_prog_envsh_resolve_frag GLBK__TIGHT = {
     "prog/envsh_resolve.frag\0" "envsh_bindings gbuffer picture envsh_object" "\0" "" "\0"
     "" "\0" "",
     "\n\n\nlayout(location=0)out vec4 result;\n"
@@ -996,7 +996,7 @@ static const struct { char facts[71];
 };
 
 static const struct { char facts[186];
-    char s0[2582]; char end; } glbk__glsl_prog_envsh_shade_comp = {
+    char s0[2582]; char end; } glbk__glsl_prog_envsh_shade_comp GLBK__TIGHT = {
     "prog/envsh_shade.comp\0" "envsh_chunk envsh_light envsh_group gbuffer" "\0" "" "\0"
     "ENVSH_FILTER=1 ENVSH_RGBA=0 | ENVSH_FILTER=2 ENVSH_RGBA=1 | ENVSH_FILTER=3 ENVSH_RGBA=0 | ENVSH_FILTER=4 ENVSH_RGBA=1" "\0" "",
     "\n\n\n\n\n\n\nlayout(local_size_x=8,local_size_y=8)in;\n"
@@ -1071,7 +1071,7 @@ static const struct { char facts[186];
 };
 
 static const struct { char facts[162];
-    char s0[489]; char end; } glbk__glsl_prog_envsh_shade_frag = {
+    char s0[489]; char end; } glbk__glsl_prog_envsh_shade_frag GLBK__TIGHT = {
     "prog/envsh_shade.frag\0" "envsh_light gbuffer" "\0" "" "\0"
     "ENVSH_FILTER=1 ENVSH_RGBA=0 | ENVSH_FILTER=2 ENVSH_RGBA=1 | ENVSH_FILTER=3 ENVSH_RGBA=0 | ENVSH_FILTER=4 ENVSH_RGBA=1" "\0" "",
     "\n\n\n\n\nlayout(location=0)out glbk_color result;\n"

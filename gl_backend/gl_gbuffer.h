@@ -639,7 +639,7 @@ static inline glbk_gbuf__allocator glbk_gbuf__memory(const glbk_context *ctx)
 
 
 static const struct { char facts[50];
-    char s0[890]; char end; } glbk__glsl_lib_gbuffer_glsl = {
+    char s0[890]; char end; } glbk__glsl_lib_gbuffer_glsl GLBK__TIGHT = {
     "lib/gbuffer.glsl\0" "gbuffer_bindings gbuffer_pack" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\n\nbool glbk_read_point(ivec2 at,out glbk_point p)\n"
@@ -668,7 +668,7 @@ static const struct { char facts[50];
 };
 
 static const struct { char facts[30];
-    char s0[343]; char end; } glbk__glsl_lib_gbuffer_bindings_glsl = {
+    char s0[343]; char end; } glbk__glsl_lib_gbuffer_bindings_glsl GLBK__TIGHT = {
     "lib/gbuffer_bindings.glsl\0" "" "\0" "" "\0"
     "" "\0" "",
     "\nuniform usampler2D glbk_gbuffer_place,glbk_gbuffer_normal,glbk_gbuffer_color,\n"
@@ -680,7 +680,7 @@ static const struct { char facts[30];
 };
 
 static const struct { char facts[45];
-    char s0[210]; char end; } glbk__glsl_lib_gbuffer_drawn_glsl = {
+    char s0[210]; char end; } glbk__glsl_lib_gbuffer_drawn_glsl GLBK__TIGHT = {
     "lib/gbuffer_drawn.glsl\0" "" "\0" "" "\0"
     "" "\0" "glbk_gbuffer_drawn",
     "\nlayout(std140)uniform glbk_gbuffer_drawn_block{\n"
@@ -694,7 +694,7 @@ static const struct { char facts[45];
 };
 
 static const struct { char facts[51];
-    char s0[269]; char end; } glbk__glsl_lib_gbuffer_imported_glsl = {
+    char s0[269]; char end; } glbk__glsl_lib_gbuffer_imported_glsl GLBK__TIGHT = {
     "lib/gbuffer_imported.glsl\0" "" "\0" "" "\0"
     "" "\0" "glbk_gbuffer_imported",
     "\nlayout(std140)uniform glbk_gbuffer_imported_block{\n"
@@ -708,7 +708,7 @@ static const struct { char facts[51];
 };
 
 static const struct { char facts[26];
-    char s0[999]; char end; } glbk__glsl_lib_gbuffer_pack_glsl = {
+    char s0[999]; char end; } glbk__glsl_lib_gbuffer_pack_glsl GLBK__TIGHT = {
     "lib/gbuffer_pack.glsl\0" "" "\0" "" "\0"
     "" "\0" "",
     "\n#define GLBK_LAMBERT 1u\n"
@@ -759,7 +759,7 @@ static const struct { char facts[26];
 };
 
 static const struct { char facts[39];
-    char s0[971]; char end; } glbk__glsl_lib_gbuffer_write_glsl = {
+    char s0[971]; char end; } glbk__glsl_lib_gbuffer_write_glsl GLBK__TIGHT = {
     "lib/gbuffer_write.glsl\0" "gbuffer_pack" "\0" "" "\0"
     "" "\0" "",
     "\n\nlayout(location=0)out uvec4 glbk_out_place;\n"
@@ -787,7 +787,7 @@ static const struct { char facts[39];
 };
 
 static const struct { char facts[26];
-    char s0[443]; char end; } glbk__glsl_lib_picture_glsl = {
+    char s0[443]; char end; } glbk__glsl_lib_picture_glsl GLBK__TIGHT = {
     "lib/picture.glsl\0" "shown" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\nivec2 glbk_picture_at(){return ivec2(gl_FragCoord.xy)-ivec2(glbk_shown.left,glbk_shown.bottom);}\n"
@@ -802,7 +802,7 @@ static const struct { char facts[26];
 };
 
 static const struct { char facts[29];
-    char s0[108]; char end; } glbk__glsl_lib_shown_glsl = {
+    char s0[108]; char end; } glbk__glsl_lib_shown_glsl GLBK__TIGHT = {
     "lib/shown.glsl\0" "" "\0" "" "\0"
     "" "\0" "glbk_shown",
     "\nlayout(std140)uniform glbk_shown_block{\n"
@@ -812,7 +812,7 @@ static const struct { char facts[29];
 };
 
 static const struct { char facts[173];
-    char s0[1495]; char end; } glbk__glsl_prog_gbuffer_draw_frag = {
+    char s0[1495]; char end; } glbk__glsl_prog_gbuffer_draw_frag GLBK__TIGHT = {
     "prog/gbuffer_draw.frag\0" "gbuffer_bindings gbuffer_drawn gbuffer_write mesh_fragment" "\0" "gbuffer_draw.vert" "\0"
     "| GBUFFER_POSITION=5 GBUFFER_NORMAL=-1 GBUFFER_UV=-1 GBUFFER_TANGENT=-1" "\0" "",
     "\n\n\n\nin vec3 glbk_place,glbk_facing;\n"
@@ -857,7 +857,7 @@ static const struct { char facts[173];
 };
 
 static const struct { char facts[52];
-    char s0[497]; char end; } glbk__glsl_prog_gbuffer_draw_vert = {
+    char s0[497]; char end; } glbk__glsl_prog_gbuffer_draw_vert GLBK__TIGHT = {
     "prog/gbuffer_draw.vert\0" "gbuffer_drawn mesh_vertex" "\0" "" "\0"
     "" "\0" "",
     "\n\ninvariant gl_Position;\n"
@@ -880,7 +880,7 @@ static const struct { char facts[52];
 };
 
 static const struct { char facts[109];
-    char s0[3387]; char end; } glbk__glsl_prog_gbuffer_import_frag = {
+    char s0[3387]; char end; } glbk__glsl_prog_gbuffer_import_frag GLBK__TIGHT = {
     "prog/gbuffer_import.frag\0" "gbuffer_bindings gbuffer_imported gbuffer_write" "\0" "" "\0"
     "GBUFFER_DEPTH=0 | GBUFFER_DEPTH=1" "\0" "",
     "\n\n\n\n#ifndef GBUFFER_DEPTH\n"
@@ -1008,7 +1008,7 @@ static const glbk_file glbk__gbuffer_reads[] = {
 };
 static const glbk_part glbk__gbuffer_reader = {
     "gbuffer", glbk__gbuffer_reads, sizeof glbk__gbuffer_reads / sizeof glbk__gbuffer_reads[0],
-    glbk__gbuffer_units, glbk__gbuffer_bindings, NULL, NULL
+    glbk__gbuffer_slots
 };
 
 /* ==== src/gl_gbuffer/refusing.h ==== */

@@ -857,7 +857,7 @@ static inline glbk_ism__allocator glbk_ism__memory(const glbk_context *ctx)
 
 
 static const struct { char facts[24];
-    char s0[3553]; char end; } glbk__ism_files_lib_cohsm_math_glsl = {
+    char s0[3553]; char end; } glbk__ism_files_lib_cohsm_math_glsl GLBK__TIGHT = {
     "lib/cohsm_math.glsl\0" "" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\n\n#define COHSM_PI 3.14159265\n"
@@ -976,7 +976,7 @@ static const struct { char facts[24];
 };
 
 static const struct { char facts[60];
-    char s0[1995]; char end; } glbk__glsl_lib_ism_access_glsl = {
+    char s0[1995]; char end; } glbk__glsl_lib_ism_access_glsl GLBK__TIGHT = {
     "lib/ism_access.glsl\0" "table ism_map ism_bindings ism_frame" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n#define ISM_F glbk_ism_frame\n"
@@ -1058,7 +1058,7 @@ static const struct { char facts[60];
 };
 
 static const struct { char facts[26];
-    char s0[1288]; char end; } glbk__glsl_lib_ism_bindings_glsl = {
+    char s0[1288]; char end; } glbk__glsl_lib_ism_bindings_glsl GLBK__TIGHT = {
     "lib/ism_bindings.glsl\0" "" "\0" "" "\0"
     "" "\0" "",
     "\nuniform usampler2DArray glbk_ism_vpls,glbk_ism_surfels;\n"
@@ -1088,7 +1088,7 @@ static const struct { char facts[26];
 };
 
 static const struct { char facts[33];
-    char s0[751]; char end; } glbk__glsl_lib_ism_blur_glsl = {
+    char s0[751]; char end; } glbk__glsl_lib_ism_blur_glsl GLBK__TIGHT = {
     "lib/ism_blur.glsl\0" "ism_gbuffer" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\n\nbool ism_neighbour(ivec2 at,out ism_receiver r,out vec4 light);\n"
@@ -1118,8 +1118,15 @@ static const struct { char facts[33];
     "}\n", 0
 };
 
+static const struct { char facts[49];
+    char s0[35]; char end; } glbk__glsl_lib_ism_choice_glsl GLBK__TIGHT = {
+    "lib/ism_choice.glsl\0" "ism_bindings ism_choosing" "\0" "" "\0"
+    "" "\0" "",
+    "\n\n#define ISM_C glbk_ism_choosing\n", 0
+};
+
 static const struct { char facts[43];
-    char s0[312]; char end; } glbk__glsl_lib_ism_choosing_glsl = {
+    char s0[312]; char end; } glbk__glsl_lib_ism_choosing_glsl GLBK__TIGHT = {
     "lib/ism_choosing.glsl\0" "" "\0" "" "\0"
     "" "\0" "glbk_ism_choosing",
     "\nlayout(std140)uniform glbk_ism_choosing_block{\n"
@@ -1134,7 +1141,7 @@ static const struct { char facts[43];
 };
 
 static const struct { char facts[43];
-    char s0[383]; char end; } glbk__glsl_lib_ism_corners_glsl = {
+    char s0[383]; char end; } glbk__glsl_lib_ism_corners_glsl GLBK__TIGHT = {
     "lib/ism_corners.glsl\0" "table ism_bindings" "\0" "" "\0"
     "" "\0" "",
     "\n\nstruct ism_corners{vec3 a,b,c;};\n"
@@ -1151,16 +1158,16 @@ static const struct { char facts[43];
     "\n\nvec3 ism_normal2(ism_corners p){return cross(p.b-p.a,p.c-p.a);}\n", 0
 };
 
-static const struct { char facts[50];
-    char s0[284]; char end; } glbk__glsl_lib_ism_densities_glsl = {
-    "lib/ism_densities.glsl\0" "ism_fold ism_scattering" "\0" "" "\0"
+static const struct { char facts[35];
+    char s0[270]; char end; } glbk__glsl_lib_ism_densities_glsl GLBK__TIGHT = {
+    "lib/ism_densities.glsl\0" "ism_fold" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\nfloat ism_density(vec2 sizes)\n"
     "{\n"
     "vec2 all=uintBitsToFloat(texelFetch(glbk_ism_totals,ivec2(0),0).xy);\n"
     "float by_area=1.,by_solid=.0;\n"
     "if(all.y>.0){\n"
-    "by_area=glbk_ism_scattering.area_share;\n"
+    "by_area=ISM_S.area_share;\n"
     "by_solid=(1.-by_area)/all.y;\n"
     "}\n"
     "return sizes.x*(by_area/max(all.x,1e-37))+sizes.y*by_solid;\n"
@@ -1168,7 +1175,7 @@ static const struct { char facts[50];
 };
 
 static const struct { char facts[32];
-    char s0[3496]; char end; } glbk__glsl_lib_ism_disc_glsl = {
+    char s0[3496]; char end; } glbk__glsl_lib_ism_disc_glsl GLBK__TIGHT = {
     "lib/ism_disc.glsl\0" "ism_access" "\0" "" "\0"
     "" "\0" "",
     "\n\n#define ISM_DEEPEST 1.84467429e19\n"
@@ -1278,7 +1285,7 @@ static const struct { char facts[32];
 };
 
 static const struct { char facts[32];
-    char s0[1143]; char end; } glbk__glsl_lib_ism_fill_glsl = {
+    char s0[1143]; char end; } glbk__glsl_lib_ism_fill_glsl GLBK__TIGHT = {
     "lib/ism_fill.glsl\0" "ism_access" "\0" "" "\0"
     "" "\0" "",
     "\n\n#define ISM_HOLE 2\n"
@@ -1322,11 +1329,12 @@ static const struct { char facts[32];
     "}\n", 0
 };
 
-static const struct { char facts[34];
-    char s0[1008]; char end; } glbk__glsl_lib_ism_fold_glsl = {
-    "lib/ism_fold.glsl\0" "ism_bindings" "\0" "" "\0"
+static const struct { char facts[49];
+    char s0[1042]; char end; } glbk__glsl_lib_ism_fold_glsl GLBK__TIGHT = {
+    "lib/ism_fold.glsl\0" "ism_bindings ism_scattering" "\0" "" "\0"
     "" "\0" "",
-    "\n\n\n\n\n\nivec2 ism_fold(uint i,uint count,uint row)\n"
+    "\n\n\n#define ISM_S glbk_ism_scattering\n"
+    "\n\n\nivec2 ism_fold(uint i,uint count,uint row)\n"
     "{\n"
     "return ivec2(i&1023u,row*((count+1023u)>>10)+(i>>10));\n"
     "}\n"
@@ -1365,7 +1373,7 @@ static const struct { char facts[34];
 };
 
 static const struct { char facts[37];
-    char s0[305]; char end; } glbk__glsl_lib_ism_frame_glsl = {
+    char s0[305]; char end; } glbk__glsl_lib_ism_frame_glsl GLBK__TIGHT = {
     "lib/ism_frame.glsl\0" "" "\0" "" "\0"
     "" "\0" "glbk_ism_frame",
     "\nlayout(std140)uniform glbk_ism_frame_block{\n"
@@ -1379,7 +1387,7 @@ static const struct { char facts[37];
 };
 
 static const struct { char facts[65];
-    char s0[317]; char end; } glbk__glsl_lib_ism_gbuffer_glsl = {
+    char s0[317]; char end; } glbk__glsl_lib_ism_gbuffer_glsl GLBK__TIGHT = {
     "lib/ism_gbuffer.glsl\0" "cohsm_math ism_bindings gbuffer ism_view" "\0" "" "\0"
     "" "\0" "",
     "\n\nstruct ism_receiver{\n"
@@ -1399,7 +1407,7 @@ static const struct { char facts[65];
 };
 
 static const struct { char facts[22];
-    char s0[303]; char end; } glbk__glsl_lib_ism_hash_glsl = {
+    char s0[303]; char end; } glbk__glsl_lib_ism_hash_glsl GLBK__TIGHT = {
     "lib/ism_hash.glsl\0" "" "\0" "" "\0"
     "" "\0" "",
     "\n\nuint ism_hash32(uint x)\n"
@@ -1413,7 +1421,7 @@ static const struct { char facts[22];
 };
 
 static const struct { char facts[31];
-    char s0[618]; char end; } glbk__glsl_lib_ism_holes_glsl = {
+    char s0[618]; char end; } glbk__glsl_lib_ism_holes_glsl GLBK__TIGHT = {
     "lib/ism_holes.glsl\0" "ism_fill" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\nfloat ism_depth(ivec2 at);\n"
@@ -1440,7 +1448,7 @@ static const struct { char facts[31];
 };
 
 static const struct { char facts[37];
-    char s0[1325]; char end; } glbk__glsl_lib_ism_inter_texel_glsl = {
+    char s0[1301]; char end; } glbk__glsl_lib_ism_inter_texel_glsl GLBK__TIGHT = {
     "lib/ism_inter_texel.glsl\0" "ism_pvpl" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\n\n\nfloat ism_inter_texel(ivec2 texel,vec2 fraction,inout vec3 position,inout vec3 normal)\n"
@@ -1448,9 +1456,9 @@ static const struct { char facts[37];
     "vec2 s=fraction-.5,from,to;\n"
     "vec3 p0=position,n0=normal,sum=vec3(.0),mixed=vec3(.0),offsets[4],normals[4];\n"
     "float weights=.0,shares[4],behind=.0,spacing=.0;\n"
-    "int height=int(glbk_ism_choosing.face_height),face=texel.y/height;\n"
+    "int height=int(ISM_C.face_height),face=texel.y/height;\n"
     "ivec2 lowest=ivec2(0,face*height);\n"
-    "ivec2 highest=lowest+ivec2(int(glbk_ism_choosing.width),height)-1;\n"
+    "ivec2 highest=lowest+ivec2(int(ISM_C.width),height)-1;\n"
     "ivec2 beside=ivec2(1);\n"
     "if(s.x<.0)beside.x=-1;\n"
     "if(s.y<.0)beside.y=-1;\n"
@@ -1489,7 +1497,7 @@ static const struct { char facts[37];
 };
 
 static const struct { char facts[42];
-    char s0[4001]; char s1[3731]; char end; } glbk__glsl_lib_ism_light_glsl = {
+    char s0[4001]; char s1[3731]; char end; } glbk__glsl_lib_ism_light_glsl GLBK__TIGHT = {
     "lib/ism_light.glsl\0" "ism_access ism_view" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\n\n\n\n#ifndef ISM_NEAR\n"
@@ -1758,7 +1766,7 @@ static const struct { char facts[42];
 };
 
 static const struct { char facts[31];
-    char s0[3187]; char end; } glbk__glsl_lib_ism_map_glsl = {
+    char s0[3187]; char end; } glbk__glsl_lib_ism_map_glsl GLBK__TIGHT = {
     "lib/ism_map.glsl\0" "cohsm_math" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n#define ISM_PROJECTION_COSINE 1u\n"
@@ -1870,7 +1878,7 @@ static const struct { char facts[31];
 };
 
 static const struct { char facts[36];
-    char s0[215]; char end; } glbk__glsl_lib_ism_pulled_glsl = {
+    char s0[215]; char end; } glbk__glsl_lib_ism_pulled_glsl GLBK__TIGHT = {
     "lib/ism_pulled.glsl\0" "ism_bindings" "\0" "" "\0"
     "" "\0" "",
     "\n\nint ism_pulled(int level,ivec2 cell)\n"
@@ -1882,7 +1890,7 @@ static const struct { char facts[36];
 };
 
 static const struct { char facts[30];
-    char s0[1825]; char end; } glbk__glsl_lib_ism_push_glsl = {
+    char s0[1825]; char end; } glbk__glsl_lib_ism_push_glsl GLBK__TIGHT = {
     "lib/ism_push.glsl\0" "ism_fill" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\nint ism_pulled(int level,ivec2 cell);\n"
@@ -1947,9 +1955,9 @@ static const struct { char facts[30];
     "}\n", 0
 };
 
-static const struct { char facts[58];
-    char s0[1079]; char end; } glbk__glsl_lib_ism_pvpl_glsl = {
-    "lib/ism_pvpl.glsl\0" "cohsm_math ism_bindings ism_choosing" "\0" "" "\0"
+static const struct { char facts[43];
+    char s0[1055]; char end; } glbk__glsl_lib_ism_pvpl_glsl GLBK__TIGHT = {
+    "lib/ism_pvpl.glsl\0" "cohsm_math ism_choice" "\0" "" "\0"
     "" "\0" "",
     "\n\nstruct ism_pvpl{\n"
     "vec3 position,normal,flux;\n"
@@ -1959,7 +1967,7 @@ static const struct { char facts[58];
     "\n\n\n\nism_pvpl ism_read_pvpl(ivec2 at)\n"
     "{\n"
     "ism_pvpl p;\n"
-    "int side=int(glbk_ism_choosing.face_height),face=at.y/side;\n"
+    "int side=int(ISM_C.face_height),face=at.y/side;\n"
     "ivec3 to=ivec3(at.x,at.y-face*side,3*face);\n"
     "vec4 place=uintBitsToFloat(texelFetch(glbk_ism_texels,to,0));\n"
     "vec4 normal=uintBitsToFloat(texelFetch(glbk_ism_texels,to+ivec3(0,0,1),0));\n"
@@ -1978,7 +1986,7 @@ static const struct { char facts[58];
     "}\n"
     "\n\nbool ism_to_clip(vec3 p,out vec2 at)\n"
     "{\n"
-    "vec4 c=glbk_ism_choosing.world_to_clip*vec4(p,1.);\n"
+    "vec4 c=ISM_C.world_to_clip*vec4(p,1.);\n"
     "bool known=abs(c.w)>1e-20;\n"
     "at=vec2(.0);\n"
     "if(known)at=c.xy/c.w;\n"
@@ -1987,7 +1995,7 @@ static const struct { char facts[58];
 };
 
 static const struct { char facts[47];
-    char s0[335]; char end; } glbk__glsl_lib_ism_scattering_glsl = {
+    char s0[335]; char end; } glbk__glsl_lib_ism_scattering_glsl GLBK__TIGHT = {
     "lib/ism_scattering.glsl\0" "" "\0" "" "\0"
     "" "\0" "glbk_ism_scattering",
     "\nlayout(std140)uniform glbk_ism_scattering_block{\n"
@@ -1999,9 +2007,9 @@ static const struct { char facts[47];
     "}glbk_ism_scattering;\n", 0
 };
 
-static const struct { char facts[49];
-    char s0[1088]; char end; } glbk__glsl_lib_ism_search_glsl = {
-    "lib/ism_search.glsl\0" "ism_bindings ism_choosing" "\0" "" "\0"
+static const struct { char facts[34];
+    char s0[1076]; char end; } glbk__glsl_lib_ism_search_glsl GLBK__TIGHT = {
+    "lib/ism_search.glsl\0" "ism_choice" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\nfloat ism_weight(uvec4 sums,float least)\n"
     "{\n"
@@ -2012,7 +2020,7 @@ static const struct { char facts[49];
     "{\n"
     "vec2 s=uintBitsToFloat(totals.xy);\n"
     "float least=1.;\n"
-    "if(s.x>.0&&s.y>.0)least=s.x/s.y*glbk_ism_choosing.flux_factor;\n"
+    "if(s.x>.0&&s.y>.0)least=s.x/s.y*ISM_C.flux_factor;\n"
     "return least;\n"
     "}\n"
     "\n\n\n\n\nint ism_search_block(usampler2D sums,float least,ivec2 base,ivec2 along,int first,int count,\n"
@@ -2045,7 +2053,7 @@ static const struct { char facts[49];
 };
 
 static const struct { char facts[35];
-    char s0[144]; char end; } glbk__glsl_lib_ism_view_glsl = {
+    char s0[144]; char end; } glbk__glsl_lib_ism_view_glsl GLBK__TIGHT = {
     "lib/ism_view.glsl\0" "" "\0" "" "\0"
     "" "\0" "glbk_ism_view",
     "\nlayout(std140)uniform glbk_ism_view_block{\n"
@@ -2056,7 +2064,7 @@ static const struct { char facts[35];
 };
 
 static const struct { char facts[31];
-    char s0[1229]; char end; } glbk__glsl_prog_ism_blur_comp = {
+    char s0[1229]; char end; } glbk__glsl_prog_ism_blur_comp GLBK__TIGHT = {
     "prog/ism_blur.comp\0" "ism_blur" "\0" "" "\0"
     "" "\0" "",
     "\n\n\nlayout(local_size_x=16,local_size_y=16)in;\n"
@@ -2100,7 +2108,7 @@ static const struct { char facts[31];
 };
 
 static const struct { char facts[31];
-    char s0[452]; char end; } glbk__glsl_prog_ism_blur_frag = {
+    char s0[452]; char end; } glbk__glsl_prog_ism_blur_frag GLBK__TIGHT = {
     "prog/ism_blur.frag\0" "ism_blur" "\0" "" "\0"
     "" "\0" "",
     "\n\n\nlayout(location=0)out glbk_color result;\n"
@@ -2120,7 +2128,7 @@ static const struct { char facts[31];
 };
 
 static const struct { char facts[91];
-    char s0[1795]; char end; } glbk__glsl_prog_ism_bounce_frag = {
+    char s0[1795]; char end; } glbk__glsl_prog_ism_bounce_frag GLBK__TIGHT = {
     "prog/ism_bounce.frag\0" "ism_push ism_pulled ism_corners" "\0" "" "\0"
     "ISM_PROJECTION=1 | ISM_PROJECTION=2" "\0" "",
     "\n\n\n\n\nlayout(location=0)out uvec4 place;\n"
@@ -2174,7 +2182,7 @@ static const struct { char facts[91];
 };
 
 static const struct { char facts[60];
-    char s0[1605]; char end; } glbk__glsl_prog_ism_choose_frag = {
+    char s0[1533]; char end; } glbk__glsl_prog_ism_choose_frag GLBK__TIGHT = {
     "prog/ism_choose.frag\0" "ism_search ism_hash ism_inter_texel" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\n\nlayout(location=0)out uvec4 place;\n"
@@ -2183,36 +2191,36 @@ static const struct { char facts[60];
     "\nvoid main()\n"
     "{\n"
     "ivec2 at=ivec2(gl_FragCoord.xy),texel,end=textureSize(glbk_ism_row_sums2,0)-1;\n"
-    "uint i=uint(at.y)*256u+uint(at.x),n=glbk_ism_choosing.vpl_count;\n"
-    "int width=int(glbk_ism_choosing.width),height=end.y+1;\n"
+    "uint i=uint(at.y)*256u+uint(at.x),n=ISM_C.vpl_count;\n"
+    "int width=int(ISM_C.width),height=end.y+1;\n"
     "uvec4 totals=texelFetch(glbk_ism_column_sums2,textureSize(glbk_ism_column_sums2,0)-1,0);\n"
     "float least=ism_least(totals),total=ism_weight(totals,least);\n"
     "place=facing=power=uvec4(0u);\n"
     "if(i>=n||!(total>.0))return;\n"
-    "float y=fract((float(i)+.5)/float(n)+glbk_ism_choosing.shift)*total;\n"
+    "float y=fract((float(i)+.5)/float(n)+ISM_C.shift)*total;\n"
     "texel.y=ism_search(glbk_ism_column_sums0,glbk_ism_column_sums1,glbk_ism_column_sums2,least,\n"
     "ivec2(0),ivec2(0,1),height,y);\n"
     "float row=ism_weight(texelFetch(glbk_ism_row_sums2,ivec2(end.x,texel.y),0),least);\n"
-    "float x=ism_to_unit(i*2654435769u+glbk_ism_choosing.shift_bits)*row;\n"
+    "float x=ism_to_unit(i*2654435769u+ISM_C.shift_bits)*row;\n"
     "texel.x=ism_search(glbk_ism_row_sums0,glbk_ism_row_sums1,glbk_ism_row_sums2,least,\n"
     "ivec2(0,texel.y),ivec2(1,0),width,x);\n"
     "float weight=ism_weight(texelFetch(glbk_ism_importances,texel,0),least);\n"
     "vec2 fraction=min(vec2(x/weight,y/row),vec2(.99999994));\n"
     "float scale=total/(float(n)*weight),spacing=.0;\n"
     "ism_pvpl p=ism_read_pvpl(texel);\n"
-    "if(glbk_ism_choosing.inter_texel!=0u)spacing=ism_inter_texel(texel,fraction,p.position,p.normal);\n"
+    "if(ISM_C.inter_texel!=0u)spacing=ism_inter_texel(texel,fraction,p.position,p.normal);\n"
     "p.normal=normalize(p.normal);\n"
     "float area=p.area*scale;\n"
     "if(!cohsm_finite(area)||area<.0)area=.0;\n"
     "place=floatBitsToUint(vec4(p.position,area));\n"
     "facing=floatBitsToUint(vec4(p.normal,spacing));\n"
-    "power=floatBitsToUint(vec4(min(p.flux*scale,vec3(1e30)),texel.y/int(glbk_ism_choosing.face_height)));\n"
+    "power=floatBitsToUint(vec4(min(p.flux*scale,vec3(1e30)),texel.y/int(ISM_C.face_height)));\n"
     "}\n", 0
 };
 
-static const struct { char facts[62];
-    char s0[1150]; char end; } glbk__glsl_prog_ism_clusters_frag = {
-    "prog/ism_clusters.frag\0" "ism_corners ism_fold ism_scattering" "\0" "" "\0"
+static const struct { char facts[47];
+    char s0[1108]; char end; } glbk__glsl_prog_ism_clusters_frag GLBK__TIGHT = {
+    "prog/ism_clusters.frag\0" "ism_corners ism_fold" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\nlayout(location=0)out uvec2 masses;\n"
     "layout(location=1)out uvec4 place;\n"
@@ -2220,8 +2228,8 @@ static const struct { char facts[62];
     "layout(location=3)out uvec4 mixed;\n"
     "\nvoid main()\n"
     "{\n"
-    "uint count=glbk_ism_scattering.cluster_count,size=glbk_ism_scattering.cluster_size;\n"
-    "uint triangles=glbk_ism_scattering.triangle_count;\n"
+    "uint count=ISM_S.cluster_count,size=ISM_S.cluster_size;\n"
+    "uint triangles=ISM_S.triangle_count;\n"
     "uint c=ism_unfold(ivec2(gl_FragCoord.xy),count).x,end=min((c+1u)*size,triangles);\n"
     "vec2 sums=vec2(.0);\n"
     "vec3 from=vec3(.0),at=vec3(.0),nn=vec3(.0),other=vec3(.0);\n"
@@ -2254,9 +2262,9 @@ static const struct { char facts[62];
     "}\n", 0
 };
 
-static const struct { char facts[59];
-    char s0[539]; char end; } glbk__glsl_prog_ism_counts_frag = {
-    "prog/ism_counts.frag\0" "ism_access ism_fold ism_scattering" "\0" "" "\0"
+static const struct { char facts[44];
+    char s0[511]; char end; } glbk__glsl_prog_ism_counts_frag GLBK__TIGHT = {
+    "prog/ism_counts.frag\0" "ism_access ism_fold" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\nlayout(location=0)out uint result;\n"
     "\nfloat ism_luminance_of(uint v)\n"
@@ -2266,11 +2274,11 @@ static const struct { char facts[59];
     "}\n"
     "\nvoid main()\n"
     "{\n"
-    "uint count=ISM_F.vpl_count,n=glbk_ism_scattering.surfel_count;\n"
+    "uint count=ISM_F.vpl_count,n=ISM_S.surfel_count;\n"
     "uint v=ism_unfold(ivec2(gl_FragCoord.xy),ISM_F.vpl_capacity).x;\n"
     "float mean=.0;\n"
     "result=n;\n"
-    "if(glbk_ism_scattering.vary_surfels==0u||v>=count)return;\n"
+    "if(ISM_S.vary_surfels==0u||v>=count)return;\n"
     "for(uint i=0u;i<count;i++)mean+=ism_luminance_of(i);\n"
     "mean/=float(count);\n"
     "float flux=ism_luminance_of(v);\n"
@@ -2279,9 +2287,9 @@ static const struct { char facts[59];
     "}\n", 0
 };
 
-static const struct { char facts[49];
-    char s0[1309]; char end; } glbk__glsl_prog_ism_edges_frag = {
-    "prog/ism_edges.frag\0" "ism_bindings ism_choosing" "\0" "" "\0"
+static const struct { char facts[34];
+    char s0[1285]; char end; } glbk__glsl_prog_ism_edges_frag GLBK__TIGHT = {
+    "prog/ism_edges.frag\0" "ism_choice" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\nlayout(location=0)out uvec4 result;\n"
     "\nvec4 ism_drawn(uint v,int k)\n"
@@ -2291,7 +2299,7 @@ static const struct { char facts[49];
     "\nfloat ism_edge(uint v,vec3 p,vec3 n,float area)\n"
     "{\n"
     "vec4 near2=vec4(1e30);\n"
-    "for(uint i=0u;i<glbk_ism_choosing.vpl_count;i++){\n"
+    "for(uint i=0u;i<ISM_C.vpl_count;i++){\n"
     "vec4 other=ism_drawn(i,0);\n"
     "vec3 d=other.xyz-p;\n"
     "float d2=dot(d,d);\n"
@@ -2316,7 +2324,7 @@ static const struct { char facts[49];
     "else if(part==2u)texel=vec4(ism_drawn(v,2).xyz,.0);\n"
     "else texel=vec4(normal.xyz,.0);\n"
     "if(part==1u&&!black)texel.w=ism_edge(v,place.xyz,normal.xyz,place.w);\n"
-    "if(part==3u&&glbk_ism_choosing.windows!=0u){\n"
+    "if(part==3u&&ISM_C.windows!=0u){\n"
     "uint window=texelFetch(glbk_ism_windows,ivec2(v&255u,v>>8),0).w;\n"
     "if(window>>31==0u)texel.w=float(window&0xffffffu);\n"
     "}\n"
@@ -2325,7 +2333,7 @@ static const struct { char facts[49];
 };
 
 static const struct { char facts[50];
-    char s0[2613]; char end; } glbk__glsl_prog_ism_effect_frag = {
+    char s0[2517]; char end; } glbk__glsl_prog_ism_effect_frag GLBK__TIGHT = {
     "prog/ism_effect.frag\0" "ism_pvpl ism_hash gbuffer" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\n\nlayout(location=0)out uint result;\n"
@@ -2339,13 +2347,13 @@ static const struct { char facts[50];
     "\n\nint ism_cell(float u,float count){return int(clamp(u*count,.0,count-1.));}\n"
     "\nfloat ism_effect(ism_pvpl q,uint i,uint seed)\n"
     "{\n"
-    "uint grid=glbk_ism_choosing.grid_side,count=grid*grid,rank=0u;\n"
-    "vec2 side=vec2(float(glbk_ism_choosing.view_width),float(glbk_ism_choosing.view_height)),clip;\n"
+    "uint grid=ISM_C.grid_side,count=grid*grid,rank=0u;\n"
+    "vec2 side=vec2(float(ISM_C.view_width),float(ISM_C.view_height)),clip;\n"
     "float r0=.05*max(side.x,side.y),reach=side.x+side.y,sum=.0;\n"
     "uint turn=ism_hash_combine(seed,i*256u+255u);\n"
     "float even=1./(side.x*side.y),share=float(count/2u)/float(count);\n"
     "bool known=ism_to_clip(q.position,clip);\n"
-    "bool guided=glbk_ism_choosing.guided!=0u&&known&&side.y>1.&&count>1u&&r0>=1.&&reach>r0;\n"
+    "bool guided=ISM_C.guided!=0u&&known&&side.y>1.&&count>1u&&r0>=1.&&reach>r0;\n"
     "vec2 centre=(.5*clip+.5)*side;\n"
     "float inner=1./(1.+2.*cohsm_log(reach/r0));\n"
     "float norm=inner/(3.14159265*r0*r0);\n"
@@ -2377,7 +2385,7 @@ static const struct { char facts[50];
     "bool seen=glbk_read_point(pixel,p);\n"
     "if(inside&&seen&&cohsm_finite3(p.position)&&dot(p.normal,p.normal)>.25){\n"
     "float e=ism_unit_flux_light(q.position,q.normal,p.position,p.normal,extent2);\n"
-    "if(glbk_ism_choosing.by_mean==0u)e*=e;\n"
+    "if(ISM_C.by_mean==0u)e*=e;\n"
     "sum+=e*(even/density);\n"
     "}\n"
     "}\n"
@@ -2387,17 +2395,17 @@ static const struct { char facts[50];
     "{\n"
     "ivec2 at=ivec2(gl_FragCoord.xy);\n"
     "ism_pvpl q=ism_read_pvpl(at);\n"
-    "int height=int(glbk_ism_choosing.face_height),face=at.y/height;\n"
-    "uint i=uint(at.y-face*height)*glbk_ism_choosing.width+uint(at.x);\n"
+    "int height=int(ISM_C.face_height),face=at.y/height;\n"
+    "uint i=uint(at.y-face*height)*ISM_C.width+uint(at.x);\n"
     "float effect=.0;\n"
-    "if(q.luminance>.0)effect=ism_effect(q,i,ism_hash_combine(glbk_ism_choosing.seed,uint(face)));\n"
+    "if(q.luminance>.0)effect=ism_effect(q,i,ism_hash_combine(ISM_C.seed,uint(face)));\n"
     "result=floatBitsToUint(effect);\n"
     "}\n", 0
 };
 
-static const struct { char facts[84];
-    char s0[874]; char end; } glbk__glsl_prog_ism_extent_frag = {
-    "prog/ism_extent.frag\0" "cohsm_math ism_bindings gbuffer ism_choosing" "\0" "" "\0"
+static const struct { char facts[69];
+    char s0[826]; char end; } glbk__glsl_prog_ism_extent_frag GLBK__TIGHT = {
+    "prog/ism_extent.frag\0" "cohsm_math ism_choice gbuffer" "\0" "" "\0"
     "FROM=0 | FROM=1" "\0" "",
     "\n\n\n\n\n#ifndef FROM\n"
     "#define FROM 0\n"
@@ -2409,12 +2417,12 @@ static const struct { char facts[84];
     "ivec2 at=ivec2(gl_FragCoord.xy);\n"
     "vec3 lo=vec3(1e30),hi=vec3(-1e30);\n"
     "#if FROM == 0\n"
-    "uint count=glbk_ism_choosing.view_width*glbk_ism_choosing.view_height,pace=count/65536u+1u;\n"
+    "uint count=ISM_C.view_width*ISM_C.view_height,pace=count/65536u+1u;\n"
     "for(uint k=0u;k<64u;k++){\n"
     "uint i=(uint(at.y)*32u+uint(at.x)+1024u*k)*pace;\n"
     "uint j=min(i,count-1u);\n"
     "glbk_point p;\n"
-    "bool seen=glbk_read_point(ivec2(j%glbk_ism_choosing.view_width,j/glbk_ism_choosing.view_width),p);\n"
+    "bool seen=glbk_read_point(ivec2(j%ISM_C.view_width,j/ISM_C.view_width),p);\n"
     "if(seen&&i<count&&cohsm_finite3(p.position)){\n"
     "lo=min(lo,p.position);\n"
     "hi=max(hi,p.position);\n"
@@ -2432,7 +2440,7 @@ static const struct { char facts[84];
 };
 
 static const struct { char facts[76];
-    char s0[2386]; char end; } glbk__glsl_prog_ism_fill_comp = {
+    char s0[2386]; char end; } glbk__glsl_prog_ism_fill_comp GLBK__TIGHT = {
     "prog/ism_fill.comp\0" "ism_holes ism_push" "\0" "" "\0"
     "ISM_PROJECTION=1 | ISM_PROJECTION=4" "\0" "",
     "\n\n\n\n\nlayout(local_size_x=256)in;\n"
@@ -2506,7 +2514,7 @@ static const struct { char facts[76];
 };
 
 static const struct { char facts[68];
-    char s0[328]; char end; } glbk__glsl_prog_ism_holes_frag = {
+    char s0[328]; char end; } glbk__glsl_prog_ism_holes_frag GLBK__TIGHT = {
     "prog/ism_holes.frag\0" "ism_holes" "\0" "" "\0"
     "ISM_PROJECTION=1 | ISM_PROJECTION=4" "\0" "",
     "\n\n\n\nlayout(location=0)out uint result;\n"
@@ -2522,9 +2530,9 @@ static const struct { char facts[68];
     "}\n", 0
 };
 
-static const struct { char facts[69];
-    char s0[2491]; char end; } glbk__glsl_prog_ism_pairs_frag = {
-    "prog/ism_pairs.frag\0" "cohsm_math ism_access ism_fold ism_scattering" "\0" "" "\0"
+static const struct { char facts[54];
+    char s0[2449]; char end; } glbk__glsl_prog_ism_pairs_frag GLBK__TIGHT = {
+    "prog/ism_pairs.frag\0" "cohsm_math ism_access ism_fold" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\nlayout(location=0)out uint result;\n"
     "\nstruct ism_cluster{\n"
@@ -2533,7 +2541,7 @@ static const struct { char facts[69];
     "};\n"
     "\nism_cluster ism_read_cluster(uint c)\n"
     "{\n"
-    "ivec3 at=ivec3(ism_fold(c,glbk_ism_scattering.cluster_count,0u),0);\n"
+    "ivec3 at=ivec3(ism_fold(c,ISM_S.cluster_count,0u),0);\n"
     "vec4 place=uintBitsToFloat(texelFetch(glbk_ism_clusters,at,0));\n"
     "ism_cluster k;\n"
     "k.at=place.xyz;\n"
@@ -2596,9 +2604,9 @@ static const struct { char facts[69];
     "}\n"
     "\nvoid main()\n"
     "{\n"
-    "uint count=glbk_ism_scattering.cluster_count;\n"
+    "uint count=ISM_S.cluster_count;\n"
     "uvec2 place=ism_unfold(ivec2(gl_FragCoord.xy),count);\n"
-    "uint v=glbk_ism_scattering.first_vpl+place.y;\n"
+    "uint v=ISM_S.first_vpl+place.y;\n"
     "float effect=.0;\n"
     "if(place.x<count&&v<ISM_F.vpl_count){\n"
     "ism_cluster c=ism_read_cluster(place.x);\n"
@@ -2612,7 +2620,7 @@ static const struct { char facts[69];
 };
 
 static const struct { char facts[47];
-    char s0[2185]; char end; } glbk__glsl_prog_ism_points_frag = {
+    char s0[1961]; char end; } glbk__glsl_prog_ism_points_frag GLBK__TIGHT = {
     "prog/ism_points.frag\0" "ism_densities ism_hash" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\nlayout(location=0)out uvec4 result;\n"
@@ -2624,13 +2632,13 @@ static const struct { char facts[47];
     "}\n"
     "\nfloat ism_triangle_density(uint t)\n"
     "{\n"
-    "return ism_density(ism_folded2(glbk_ism_sizes,t,glbk_ism_scattering.triangle_count));\n"
+    "return ism_density(ism_folded2(glbk_ism_sizes,t,ISM_S.triangle_count));\n"
     "}\n"
     "\n\n\nuint ism_choose_triangle(uint c,float share,inout float x)\n"
     "{\n"
-    "uint first=c*glbk_ism_scattering.cluster_size,chosen=first;\n"
-    "uint end=min(first+glbk_ism_scattering.cluster_size,glbk_ism_scattering.triangle_count);\n"
-    "float all=ism_density(ism_folded2(glbk_ism_masses,c,glbk_ism_scattering.cluster_count)),sum=.0,width=.0;\n"
+    "uint first=c*ISM_S.cluster_size,chosen=first;\n"
+    "uint end=min(first+ISM_S.cluster_size,ISM_S.triangle_count);\n"
+    "float all=ism_density(ism_folded2(glbk_ism_masses,c,ISM_S.cluster_count)),sum=.0,width=.0;\n"
     "x=x/share*all;\n"
     "for(uint t=first;t<end&&!(sum>x);t++){\n"
     "float density=ism_triangle_density(t);\n"
@@ -2645,8 +2653,8 @@ static const struct { char facts[47];
     "}\n"
     "\n\nuvec4 ism_point(uint v,uint row,uint at,uint n)\n"
     "{\n"
-    "uint count=glbk_ism_scattering.cluster_count,n1=ism_blocks(count),n2=ism_blocks(n1);\n"
-    "uint key=ism_hash_combine(glbk_ism_scattering.key,0x9000u+v);\n"
+    "uint count=ISM_S.cluster_count,n1=ism_blocks(count),n2=ism_blocks(n1);\n"
+    "uint key=ism_hash_combine(ISM_S.key,0x9000u+v);\n"
     "float all=ism_folded(glbk_ism_runs2,n2-1u,n2,row);\n"
     "float x=(float(at)+ism_to_unit(ism_hash_combine(key,at)))/float(n)*all;\n"
     "if(!(all>.0))return uvec4(0u);\n"
@@ -2664,18 +2672,18 @@ static const struct { char facts[47];
     "}\n"
     "\nvoid main()\n"
     "{\n"
-    "uint i=glbk_ism_scattering.first_texel+(uint(gl_FragCoord.y)<<10)+uint(gl_FragCoord.x);\n"
-    "uint each=glbk_ism_scattering.phase_surfel_count,v=i/each,row=v-glbk_ism_scattering.first_vpl;\n"
-    "uint at=(i-v*each)*glbk_ism_scattering.lazy_frames+glbk_ism_scattering.phase;\n"
-    "if(v<glbk_ism_scattering.first_vpl||row>=glbk_ism_scattering.batch)discard;\n"
-    "uint n=texelFetch(glbk_ism_counts,ism_fold(v,glbk_ism_scattering.vpl_capacity,0u),0).x;\n"
+    "uint i=ISM_S.first_texel+(uint(gl_FragCoord.y)<<10)+uint(gl_FragCoord.x);\n"
+    "uint each=ISM_S.phase_surfel_count,v=i/each,row=v-ISM_S.first_vpl;\n"
+    "uint at=(i-v*each)*ISM_S.lazy_frames+ISM_S.phase;\n"
+    "if(v<ISM_S.first_vpl||row>=ISM_S.batch)discard;\n"
+    "uint n=texelFetch(glbk_ism_counts,ism_fold(v,ISM_S.vpl_capacity,0u),0).x;\n"
     "result=uvec4(0u);\n"
-    "if(at<n)result=ism_point(v,row*glbk_ism_scattering.pair,at,n);\n"
+    "if(at<n)result=ism_point(v,row*ISM_S.pair,at,n);\n"
     "}\n", 0
 };
 
 static const struct { char facts[70];
-    char s0[311]; char end; } glbk__glsl_prog_ism_pull_frag = {
+    char s0[311]; char end; } glbk__glsl_prog_ism_pull_frag GLBK__TIGHT = {
     "prog/ism_pull.frag\0" "ism_fill" "\0" "" "\0"
     "ISM_LEVEL=1 | ISM_LEVEL=2 | ISM_LEVEL=3" "\0" "",
     "\n\n\n\n#ifndef ISM_LEVEL\n"
@@ -2692,7 +2700,7 @@ static const struct { char facts[70];
 };
 
 static const struct { char facts[77];
-    char s0[349]; char end; } glbk__glsl_prog_ism_push_frag = {
+    char s0[349]; char end; } glbk__glsl_prog_ism_push_frag GLBK__TIGHT = {
     "prog/ism_push.frag\0" "ism_push ism_pulled" "\0" "" "\0"
     "ISM_PROJECTION=1 | ISM_PROJECTION=4" "\0" "",
     "\n\n\n\nlayout(location=0)out uint result;\n"
@@ -2708,14 +2716,14 @@ static const struct { char facts[77];
     "}\n", 0
 };
 
-static const struct { char facts[70];
-    char s0[758]; char end; } glbk__glsl_prog_ism_receivers_frag = {
-    "prog/ism_receivers.frag\0" "cohsm_math ism_fold gbuffer ism_scattering" "\0" "" "\0"
+static const struct { char facts[55];
+    char s0[730]; char end; } glbk__glsl_prog_ism_receivers_frag GLBK__TIGHT = {
+    "prog/ism_receivers.frag\0" "cohsm_math ism_fold gbuffer" "\0" "" "\0"
     "" "\0" "",
     "\n\n\nlayout(location=0)out uvec4 result;\n"
     "\nvoid main()\n"
     "{\n"
-    "uint width=glbk_ism_scattering.view_width,n0=width*glbk_ism_scattering.view_height;\n"
+    "uint width=ISM_S.view_width,n0=width*ISM_S.view_height;\n"
     "uint n1=ism_blocks(n0),n2=ism_blocks(n1),n3=ism_blocks(n2),n4=ism_blocks(n3);\n"
     "uint i=ism_unfold(ivec2(gl_FragCoord.xy),n0).x;\n"
     "float x=float(i)+.5,all=ism_folded(glbk_ism_runs4,n4-1u,n4,0u);\n"
@@ -2734,7 +2742,7 @@ static const struct { char facts[70];
 };
 
 static const struct { char facts[54];
-    char s0[304]; char end; } glbk__glsl_prog_ism_resolve_frag = {
+    char s0[304]; char end; } glbk__glsl_prog_ism_resolve_frag GLBK__TIGHT = {
     "prog/ism_resolve.frag\0" "ism_bindings gbuffer picture" "\0" "" "\0"
     "" "\0" "",
     "\n\n\nlayout(location=0)out vec4 result;\n"
@@ -2749,14 +2757,14 @@ static const struct { char facts[54];
     "}\n", 0
 };
 
-static const struct { char facts[45];
-    char s0[549]; char end; } glbk__glsl_prog_ism_run_frag = {
-    "prog/ism_run.frag\0" "ism_fold ism_scattering" "\0" "" "\0"
+static const struct { char facts[30];
+    char s0[521]; char end; } glbk__glsl_prog_ism_run_frag GLBK__TIGHT = {
+    "prog/ism_run.frag\0" "ism_fold" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\nlayout(location=0)out uvec2 result;\n"
     "\nvoid main()\n"
     "{\n"
-    "uint pace=glbk_ism_scattering.pace,count=glbk_ism_scattering.value_count,own=ism_blocks(count);\n"
+    "uint pace=ISM_S.pace,count=ISM_S.value_count,own=ism_blocks(count);\n"
     "if(pace!=0u)own=(count+pace-1u)/pace;\n"
     "uvec2 place=ism_unfold(ivec2(gl_FragCoord.xy),own);\n"
     "uint k=32u*place.x,end=min(k+32u,count);\n"
@@ -2773,18 +2781,18 @@ static const struct { char facts[45];
     "}\n", 0
 };
 
-static const struct { char facts[48];
-    char s0[510]; char end; } glbk__glsl_prog_ism_scan_frag = {
-    "prog/ism_scan.frag\0" "ism_bindings ism_choosing" "\0" "" "\0"
+static const struct { char facts[33];
+    char s0[462]; char end; } glbk__glsl_prog_ism_scan_frag GLBK__TIGHT = {
+    "prog/ism_scan.frag\0" "ism_choice" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\n\nlayout(location=0)out uvec2 result;\n"
     "\nvoid main()\n"
     "{\n"
     "ivec2 at=ivec2(gl_FragCoord.xy),along=ivec2(1,0);\n"
-    "if(glbk_ism_choosing.columns!=0u)along=ivec2(0,1);\n"
+    "if(ISM_C.columns!=0u)along=ivec2(0,1);\n"
     "int i=at.x*along.x+at.y*along.y;\n"
-    "int pace=int(glbk_ism_choosing.pace),last=int(glbk_ism_choosing.value_count)-1;\n"
-    "ivec2 base=at-along*i+ivec2(int(glbk_ism_choosing.first_column),0);\n"
+    "int pace=int(ISM_C.pace),last=int(ISM_C.value_count)-1;\n"
+    "ivec2 base=at-along*i+ivec2(int(ISM_C.first_column),0);\n"
     "vec2 sum=vec2(.0);\n"
     "for(int k=i-(i&31);k<=i;k++)\n"
     "sum+=uintBitsToFloat(texelFetch(glbk_ism_summed,base+along*min(pace*k+pace-1,last),0).xy);\n"
@@ -2792,14 +2800,14 @@ static const struct { char facts[48];
     "}\n", 0
 };
 
-static const struct { char facts[65];
-    char s0[425]; char end; } glbk__glsl_prog_ism_seen_frag = {
-    "prog/ism_seen.frag\0" "cohsm_math ism_fold gbuffer ism_scattering" "\0" "" "\0"
+static const struct { char facts[50];
+    char s0[397]; char end; } glbk__glsl_prog_ism_seen_frag GLBK__TIGHT = {
+    "prog/ism_seen.frag\0" "cohsm_math ism_fold gbuffer" "\0" "" "\0"
     "" "\0" "",
     "\n\n\nlayout(location=0)out uint result;\n"
     "\nvoid main()\n"
     "{\n"
-    "uint width=glbk_ism_scattering.view_width,count=width*glbk_ism_scattering.view_height;\n"
+    "uint width=ISM_S.view_width,count=width*ISM_S.view_height;\n"
     "uint i=ism_unfold(ivec2(gl_FragCoord.xy),count).x,j=min(i,count-1u),row=j/width;\n"
     "glbk_point p;\n"
     "bool seen=glbk_read_point(ivec2(j-row*width,row),p);\n"
@@ -2811,7 +2819,7 @@ static const struct { char facts[65];
 };
 
 static const struct { char facts[188];
-    char s0[1367]; char end; } glbk__glsl_prog_ism_shade_comp = {
+    char s0[1367]; char end; } glbk__glsl_prog_ism_shade_comp GLBK__TIGHT = {
     "prog/ism_shade.comp\0" "ism_gbuffer ism_light" "\0" "" "\0"
     "ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5 | ISM_NEAR=6" "\0" "",
     "\n\n\n\n\nlayout(local_size_x=16,local_size_y=16)in;\n"
@@ -2858,7 +2866,7 @@ static const struct { char facts[188];
 };
 
 static const struct { char facts[188];
-    char s0[313]; char end; } glbk__glsl_prog_ism_shade_frag = {
+    char s0[313]; char end; } glbk__glsl_prog_ism_shade_frag GLBK__TIGHT = {
     "prog/ism_shade.frag\0" "ism_gbuffer ism_light" "\0" "" "\0"
     "ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5 | ISM_NEAR=6" "\0" "",
     "\n\n\n\n\n\nlayout(location=0)out glbk_color result;\n"
@@ -2875,19 +2883,19 @@ static const struct { char facts[188];
 };
 
 static const struct { char facts[38];
-    char s0[642]; char end; } glbk__glsl_prog_ism_shares_frag = {
+    char s0[614]; char end; } glbk__glsl_prog_ism_shares_frag GLBK__TIGHT = {
     "prog/ism_shares.frag\0" "ism_densities" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\nlayout(location=0)out uint result;\n"
     "\nvoid main()\n"
     "{\n"
-    "uint count=glbk_ism_scattering.cluster_count;\n"
+    "uint count=ISM_S.cluster_count;\n"
     "uvec2 place=ism_unfold(ivec2(gl_FragCoord.xy),count);\n"
     "float share=.0;\n"
     "if(place.x<count){\n"
     "float p=ism_density(ism_folded2(glbk_ism_masses,place.x,count)),q=p;\n"
     "ivec2 end=textureSize(glbk_ism_runs4,0)-1;\n"
-    "if(glbk_ism_scattering.pair!=0u&&uintBitsToFloat(texelFetch(glbk_ism_runs4,end,0).x)>.0){\n"
+    "if(ISM_S.pair!=0u&&uintBitsToFloat(texelFetch(glbk_ism_runs4,end,0).x)>.0){\n"
     "float all=uintBitsToFloat(texelFetch(glbk_ism_effect_totals,ivec2(0,int(place.y)),0).x);\n"
     "float effect=ism_folded(glbk_ism_values,place.x,count,place.y);\n"
     "if(all>.0)q=effect/all;\n"
@@ -2899,7 +2907,7 @@ static const struct { char facts[38];
 };
 
 static const struct { char facts[56];
-    char s0[1559]; char end; } glbk__glsl_prog_ism_sights_frag = {
+    char s0[1535]; char end; } glbk__glsl_prog_ism_sights_frag GLBK__TIGHT = {
     "prog/ism_sights.frag\0" "ism_pvpl gbuffer" "\0" "" "\0"
     "FROM=0 | FROM=1" "\0" "",
     "\n\n\n\n\n\n#ifndef FROM\n"
@@ -2919,7 +2927,7 @@ static const struct { char facts[56];
     "}\n"
     "\nvoid main()\n"
     "{\n"
-    "ivec2 at=ivec2(gl_FragCoord.xy),side=ivec2(glbk_ism_choosing.view_width,glbk_ism_choosing.view_height);\n"
+    "ivec2 at=ivec2(gl_FragCoord.xy),side=ivec2(ISM_C.view_width,ISM_C.view_height);\n"
     "glbk_point p;\n"
     "first=second=uvec4(0u);\n"
     "#if FROM == 0\n"
@@ -2953,9 +2961,9 @@ static const struct { char facts[56];
     "}\n", 0
 };
 
-static const struct { char facts[79];
-    char s0[1750]; char end; } glbk__glsl_prog_ism_sizes_frag = {
-    "prog/ism_sizes.frag\0" "cohsm_math ism_corners ism_fold ism_hash ism_scattering" "\0" "" "\0"
+static const struct { char facts[64];
+    char s0[1680]; char end; } glbk__glsl_prog_ism_sizes_frag GLBK__TIGHT = {
+    "prog/ism_sizes.frag\0" "cohsm_math ism_corners ism_fold ism_hash" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\nlayout(location=0)out uvec2 result;\n"
     "\n\nuint ism_multiply_high(uint a,uint b)\n"
@@ -2982,7 +2990,7 @@ static const struct { char facts[79];
     "}\n"
     "\nvoid main()\n"
     "{\n"
-    "uint count=glbk_ism_scattering.triangle_count,views=glbk_ism_scattering.views;\n"
+    "uint count=ISM_S.triangle_count,views=ISM_S.views;\n"
     "uint t=ism_unfold(ivec2(gl_FragCoord.xy),count).x;\n"
     "result=uvec2(0u);\n"
     "if(t>=count)return;\n"
@@ -2990,12 +2998,12 @@ static const struct { char facts[79];
     "vec3 normal2=ism_normal2(p);\n"
     "float area2=length(normal2),solid=.0;\n"
     "if(!(area2>.0)||!cohsm_finite(area2))return;\n"
-    "uint pixels=glbk_ism_scattering.view_width*glbk_ism_scattering.view_height,valid=0u;\n"
+    "uint pixels=ISM_S.view_width*ISM_S.view_height,valid=0u;\n"
     "if(views>0u){\n"
     "ivec2 end=textureSize(glbk_ism_runs4,0)-1;\n"
     "valid=uint(uintBitsToFloat(texelFetch(glbk_ism_runs4,end,0).x));\n"
     "}\n"
-    "uint key=ism_hash_combine(glbk_ism_scattering.seed,0x7000u+cohsm_if(views==1u,0u,t));\n"
+    "uint key=ism_hash_combine(ISM_S.seed,0x7000u+cohsm_if(views==1u,0u,t));\n"
     "for(uint k=0u;k<views&&valid>0u;k++){\n"
     "uint i=ism_multiply_high(ism_hash_combine(key,k),valid);\n"
     "vec3 eye=uintBitsToFloat(texelFetch(glbk_ism_receivers,ism_fold(i,pixels,0u),0).xyz);\n"
@@ -3008,7 +3016,7 @@ static const struct { char facts[79];
 };
 
 static const struct { char facts[67];
-    char s0[3993]; char s1[306]; char end; } glbk__glsl_prog_ism_splat_comp = {
+    char s0[3993]; char s1[306]; char end; } glbk__glsl_prog_ism_splat_comp GLBK__TIGHT = {
     "prog/ism_splat.comp\0" "ism_disc" "\0" "" "\0"
     "ISM_PROJECTION=1 | ISM_PROJECTION=4" "\0" "",
     "\n\n\n\n\n\nlayout(local_size_x=512)in;\n"
@@ -3147,7 +3155,7 @@ static const struct { char facts[67];
 };
 
 static const struct { char facts[127];
-    char s0[817]; char end; } glbk__glsl_prog_ism_splat_frag = {
+    char s0[817]; char end; } glbk__glsl_prog_ism_splat_frag GLBK__TIGHT = {
     "prog/ism_splat.frag\0" "ism_disc" "\0" "ism_splat.vert" "\0"
     "ISM_PROJECTION=1 ISM_QUADS=0 ISM_HITS=0 | ISM_PROJECTION=4 ISM_QUADS=1 ISM_HITS=1" "\0" "",
     "\n\n\n\nflat in vec4 ism_at;\n"
@@ -3181,7 +3189,7 @@ static const struct { char facts[127];
 };
 
 static const struct { char facts[32];
-    char s0[1346]; char end; } glbk__glsl_prog_ism_splat_vert = {
+    char s0[1346]; char end; } glbk__glsl_prog_ism_splat_vert GLBK__TIGHT = {
     "prog/ism_splat.vert\0" "ism_disc" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n#ifndef ISM_QUADS\n"
@@ -3243,16 +3251,16 @@ static const struct { char facts[32];
 };
 
 static const struct { char facts[32];
-    char s0[1192]; char end; } glbk__glsl_prog_ism_weigh_frag = {
+    char s0[1120]; char end; } glbk__glsl_prog_ism_weigh_frag GLBK__TIGHT = {
     "prog/ism_weigh.frag\0" "ism_pvpl" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\nlayout(location=0)out uvec2 result;\n"
     "\nfloat ism_effect_at(ivec2 at){return uintBitsToFloat(texelFetch(glbk_ism_effects,at,0).x);}\n"
     "\nfloat ism_blurred(ivec2 at,ism_pvpl q)\n"
     "{\n"
-    "int radius=int(glbk_ism_choosing.blur_radius),height=int(glbk_ism_choosing.face_height);\n"
+    "int radius=int(ISM_C.blur_radius),height=int(ISM_C.face_height);\n"
     "ivec2 lowest=ivec2(0,at.y/height*height);\n"
-    "ivec2 highest=lowest+ivec2(int(glbk_ism_choosing.width),height)-1;\n"
+    "ivec2 highest=lowest+ivec2(int(ISM_C.width),height)-1;\n"
     "ivec2 from=max(at-radius,lowest),to=min(at+radius,highest);\n"
     "float sum=.0,weights=.0;\n"
     "for(int y=from.y;y<=to.y;y++)\n"
@@ -3274,18 +3282,18 @@ static const struct { char facts[32];
     "ivec2 at=ivec2(gl_FragCoord.xy);\n"
     "ism_pvpl q=ism_read_pvpl(at);\n"
     "float effect=.0;\n"
-    "if(glbk_ism_choosing.by_effect!=0u&&q.luminance>.0){\n"
-    "if(glbk_ism_choosing.blur_radius==0u)effect=ism_effect_at(at);\n"
+    "if(ISM_C.by_effect!=0u&&q.luminance>.0){\n"
+    "if(ISM_C.blur_radius==0u)effect=ism_effect_at(at);\n"
     "else effect=ism_blurred(at,q);\n"
-    "if(glbk_ism_choosing.by_mean==0u)effect=sqrt(effect);\n"
+    "if(ISM_C.by_mean==0u)effect=sqrt(effect);\n"
     "}\n"
     "result=floatBitsToUint(vec2(q.luminance*effect,q.luminance));\n"
     "}\n", 0
 };
 
-static const struct { char facts[104];
-    char s0[1463]; char end; } glbk__glsl_prog_ism_windows_frag = {
-    "prog/ism_windows.frag\0" "ism_map ism_bindings ism_choosing ism_frame" "\0" "" "\0"
+static const struct { char facts[89];
+    char s0[1451]; char end; } glbk__glsl_prog_ism_windows_frag GLBK__TIGHT = {
+    "prog/ism_windows.frag\0" "ism_map ism_choice ism_frame" "\0" "" "\0"
     "ISM_PROJECTION=1 | ISM_PROJECTION=2" "\0" "",
     "\n\n\n\n\n\nlayout(location=0)out uvec4 result;\n"
     "\nvec4 ism_drawn(ivec2 at,int k){return uintBitsToFloat(texelFetch(glbk_ism_drawn,ivec3(at,k),0));}\n"
@@ -3313,7 +3321,7 @@ static const struct { char facts[104];
     "need.zw=63u-need.zw;\n"
     "uvec4 was=ism_cut(before.w);\n"
     "vec3 moved=place-uintBitsToFloat(before.xyz);\n"
-    "bool known=glbk_ism_choosing.windows==2u&&(before.w&0x7f000000u)==face;\n"
+    "bool known=ISM_C.windows==2u&&(before.w&0x7f000000u)==face;\n"
     "known=known&&dot(moved,moved)<=facing.w*facing.w;\n"
     "uvec4 kept=uvec4(lessThanEqual(was,need))*uvec4(greaterThanEqual(was+2u,need));\n"
     "if(known)need+=(was-need)*kept;\n"
@@ -3329,6 +3337,7 @@ static const glbk_file glbk__ism_files[] = {
     { (const char *)&glbk__glsl_lib_ism_access_glsl },
     { (const char *)&glbk__glsl_lib_ism_bindings_glsl },
     { (const char *)&glbk__glsl_lib_ism_blur_glsl },
+    { (const char *)&glbk__glsl_lib_ism_choice_glsl },
     { (const char *)&glbk__glsl_lib_ism_choosing_glsl },
     { (const char *)&glbk__glsl_lib_ism_corners_glsl },
     { (const char *)&glbk__glsl_lib_ism_densities_glsl },
@@ -3391,19 +3400,19 @@ GLBK__PART_CODE(ism, ISM)
 
 /* ---- ism: arguments ---- */
 
-typedef struct glbk__ism_range {        /* a field, and the range of its values but 0 */
-    const char *field;
-    double      low, high;
-    const char *wanted;             /* the range in words */
-} glbk__ism_range;
+typedef struct glbk__ism_range { double low, high; } glbk__ism_range;     /* of the values of a field but 0 */
 
-/* Logs the first field that is out of its range; a table of ranges ends with one without a field. */
-static glbk_result glbk__ism_in_range(const glbk_context *ctx, const char *function,
+/* Logs the first field that is out of its range. fields: of each its name and its range in words, each ended
+   by 0; an empty string follows the last. (Pointers to them would take more bytes than the strings.) */
+static glbk_result glbk__ism_in_range(const glbk_context *ctx, const char *function, const char *fields,
                                       const glbk__ism_range *r, const double *values)
 {
-    for (; r->field; r++, values++)
+    for (; *fields; r++, values++) {
+        const char *wanted = fields + strlen(fields) + 1;
         if (!(*values >= r->low && *values <= r->high) && !(*values >= 0 && *values <= 0))
-            return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, r->field, *values, r->wanted);
+            return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, fields, *values, wanted);
+        fields = wanted + strlen(wanted) + 1;
+    }
     return GLBK_OK;
 }
 
@@ -3413,15 +3422,17 @@ static int glbk__ism_power_of_two(uint32_t x) { return (x & (x - 1)) == 0; }
 /* Checks the fields that count here as ism_create does. */
 static glbk_result glbk__ism_check_desc(const glbk_context *ctx, const char *function, const ism_desc *d)
 {
+    static const char fields[] =
+        "desc.vpl_count\0" "0 or 1..16384\0"
+        "desc.surfel_count\0" "0 or 8..65536\0"
+        "desc.tile_side\0" "0 or a power of two, 8..256\0"
+        "desc.projection\0" "a value of ism_projection\0"
+        "desc.lazy_frames\0" "0 or 1..64\0"
+        "desc.splat_scale\0" "0..16\0"
+        "desc.near_point_count\0" "64 at most\0";
     static const glbk__ism_range ranges[] = {
-        { "desc.vpl_count", 1, 16384, "0 or 1..16384" },
-        { "desc.surfel_count", 8, 65536, "0 or 8..65536" },
-        { "desc.tile_side", 8, 256, "0 or a power of two, 8..256" },
-        { "desc.projection", 0, ISM_PROJECTION_COUNT - 1, "a value of ism_projection" },
-        { "desc.lazy_frames", 1, 64, "0 or 1..64" },
-        { "desc.splat_scale", 0, 16, "0..16" },
-        { "desc.near_point_count", -2147483648.0, 64, "64 at most" },
-        { NULL, 0, 0, NULL }
+        { 1, 16384 }, { 8, 65536 }, { 8, 256 }, { 0, ISM_PROJECTION_COUNT - 1 }, { 1, 64 }, { 0, 16 },
+        { -2147483648.0, 64 }
     };
     const uint32_t side = d->tile_side ? d->tile_side : 64;
     double values[7];
@@ -3436,7 +3447,7 @@ static glbk_result glbk__ism_check_desc(const glbk_context *ctx, const char *fun
     values[4] = d->lazy_frames;
     values[5] = (double)d->splat_scale;
     values[6] = d->near_point_count;
-    result = glbk__ism_in_range(ctx, function, ranges, values);
+    result = glbk__ism_in_range(ctx, function, fields, ranges, values);
     if (result != GLBK_OK || d->window_rim <= 0) return result;
     if (d->window_rim >= 2 && (uint32_t)d->window_rim <= side / 2) return GLBK_OK;
     return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "desc.window_rim", d->window_rim,
@@ -3464,11 +3475,12 @@ static void glbk__ism_resolve(ism_desc *d)
 static glbk_result glbk__ism_check_shading(const glbk_context *ctx, const char *function,
                                            const ism_shading *shading, ism_shading *out)
 {
+    static const char fields[] =
+        "shading.near_mode\0" "a value of ism_near\0"
+        "shading.bias\0" "below 1\0"
+        "shading.clamp\0" "0 or above 0\0";
     static const glbk__ism_range ranges[] = {
-        { "shading.near_mode", 0, ISM_NEAR_COUNT - 1, "a value of ism_near" },
-        { "shading.bias", -3.5e38, 0.99999999, "below 1" },
-        { "shading.clamp", 0, 3e38, "0 or above 0" },
-        { NULL, 0, 0, NULL }
+        { 0, ISM_NEAR_COUNT - 1 }, { -3.5e38, 0.99999999 }, { 0, 3e38 }
     };
     double values[3];
     glbk_result result;
@@ -3480,7 +3492,7 @@ static glbk_result glbk__ism_check_shading(const glbk_context *ctx, const char *
     values[0] = (double)out->near_mode;
     values[1] = (double)out->bias;
     values[2] = (double)out->clamp;
-    result = glbk__ism_in_range(ctx, function, ranges, values);
+    result = glbk__ism_in_range(ctx, function, fields, ranges, values);
     if (result != GLBK_OK) return result;
     if (out->visible_fn || out->near_visible_fn)
         return glbk__refuse(ctx, GLBK_ERR_DESC, function,
@@ -3561,7 +3573,7 @@ static int glbk__ism_finite(float x) { return x * 0 >= 0 && x * 0 <= 0; }
 static glbk_result glbk__ism_check_field(const glbk__ism_element *e, const glbk__ism_field *f,
                                          const void *element)
 {
-    static const struct { float low, high; const char *wanted; } ranges[] = {
+    static const struct { float low, high; char wanted[24]; } ranges[] = {
         { -3.402823466e38f, 3.402823466e38f, "finite" }, { 0, 1e30f, "0..1e30" }, { 0, 1e5f, "0..1e5" },
         { 0, 3e38f, "finite and not negative" }
     };
@@ -4586,12 +4598,13 @@ static uint32_t glbk__ism_source_rows(const glbk_ism_choice_desc *d) { return d-
 static glbk_result glbk__ism_check_choice_desc(const glbk_context *ctx, const char *function,
                                                const glbk_ism_choice_desc *d, const ism_desc *maps)
 {
+    static const char fields[] =
+        "maps->desc.importance\0" "a value of ism_importance\0"
+        "maps->desc.view_grid_side\0" "0 or 1..16\0"
+        "maps->desc.blur_radius\0" "16 at most\0"
+        "maps->desc.flux_share\0" "0..1\0";
     static const glbk__ism_range ranges[] = {
-        { "maps->desc.importance", 0, ISM_IMPORTANCE_COUNT - 1, "a value of ism_importance" },
-        { "maps->desc.view_grid_side", 1, 16, "0 or 1..16" },
-        { "maps->desc.blur_radius", -2147483648.0, 16, "16 at most" },
-        { "maps->desc.flux_share", 0, 1, "0..1" },
-        { NULL, 0, 0, NULL }
+        { 0, ISM_IMPORTANCE_COUNT - 1 }, { 1, 16 }, { -2147483648.0, 16 }, { 0, 1 }
     };
     const uint32_t widest = GLBK__ISM_WIDEST;
     double values[4];
@@ -4608,7 +4621,7 @@ static glbk_result glbk__ism_check_choice_desc(const glbk_context *ctx, const ch
     values[1] = maps->view_grid_side;
     values[2] = maps->blur_radius;
     values[3] = (double)maps->flux_share;
-    return glbk__ism_in_range(ctx, function, ranges, values);
+    return glbk__ism_in_range(ctx, function, fields, ranges, values);
 }
 
 static void glbk__ism_make_sheet(glbk__ism_making *k, glbk_format format, uint32_t width, uint32_t height,
@@ -5049,10 +5062,11 @@ static glbk_result glbk__ism_create_spread(glbk_context *ctx, const glbk_ism_map
 
 GLBK_DEF glbk_result glbk_ism_spread_create(glbk_context *ctx, const glbk_ism_maps *m, glbk_ism_spread *out)
 {
+    static const char fields[] =
+        "maps->desc.spread\0" "a value of ism_spread\0"
+        "maps->desc.area_share\0" "0..1\0";
     static const glbk__ism_range ranges[] = {
-        { "maps->desc.spread", 0, ISM_SPREAD_COUNT - 1, "a value of ism_spread" },
-        { "maps->desc.area_share", 0, 1, "0..1" },
-        { NULL, 0, 0, NULL }
+        { 0, ISM_SPREAD_COUNT - 1 }, { 0, 1 }
     };
     double values[2];
     glbk_result result = glbk__enter_create(ctx, __func__, out, sizeof *out);
@@ -5060,7 +5074,7 @@ GLBK_DEF glbk_result glbk_ism_spread_create(glbk_context *ctx, const glbk_ism_ma
     if (result != GLBK_OK) return result;
     values[0] = (double)m->desc.spread;
     values[1] = (double)m->desc.area_share;
-    result = glbk__ism_in_range(ctx, __func__, ranges, values);
+    result = glbk__ism_in_range(ctx, __func__, fields, ranges, values);
     if (result != GLBK_OK) return result;
     result = glbk__ism_create_spread(ctx, m, out);
     if (result != GLBK_OK) glbk_ism_spread_free(ctx, out);

@@ -180,8 +180,6 @@ typedef struct glbk_file {      /* one file of GLSL, as a header holds it: strin
                                    what glbk_file_text returns */
 } glbk_file;
 
-typedef struct glbk_slot { const char *name; uint32_t slot; } glbk_slot;
-
 /* The GLSL of one header. Each header has a function that returns its own: glbk_csm_part for gl_csm.h and so
    on. Nothing is registered anywhere: a program is given the parts whose files it uses, and a linker leaves
    out the GLSL of all others. The base is the GLSL of this header, which every program has. */
@@ -189,8 +187,9 @@ typedef struct glbk_part {
     const char      *name;          /* "csm" */
     const glbk_file *files;
     uint32_t         file_count;
-    const glbk_slot *textures, *blocks;     /* each ends with an entry that has no name */
-    const glbk_slot *storage, *images;      /* likewise, or NULL = none */
+    const char      *slots;         /* which slot each name of its GLSL has, "3 glbk_csm_maps": four lists of
+                                       strings, each string ended by 0 and each list by an empty string:
+                                       textures, uniform blocks, storage buffers, images */
 } glbk_part;
 
 GLBK_DEF const glbk_file *glbk_find_file(const glbk_part *part, const char *name);
@@ -303,24 +302,27 @@ GLBK__PART(BASE)
    Their implementations may stand in other files than this header's, hence no static functions: GLBK__DEF is
    GLBK_DEF for them. */
 
-#define GLBK__TEXTURE_ENTRY(type, name, slot) { #name, slot },
-#define GLBK__BLOCK_ENTRY(name, slot, members) { #name "_block", slot },
-#define GLBK__STORAGE_ENTRY(qualifiers, type, name, slot) { #name "_storage", slot },
-#define GLBK__IMAGE_ENTRY(qualifiers, format, type, name, slot) { #name, slot },
+/* GLBK__TIGHT stands behind the name of a file of GLSL: gcc would begin each at a multiple of 32 bytes. */
+#if defined(__GNUC__) && !defined(__TINYC__)
+#define GLBK__TIGHT __attribute__((aligned(1)))
+#else
+#define GLBK__TIGHT
+#endif
+
+/* Lists of slots as glbk_part has them. */
+#define GLBK__TEXTURE_ENTRY(type, name, slot) #slot " " #name "\0"
+#define GLBK__BLOCK_ENTRY(name, slot, members) #slot " " #name "_block\0"
+#define GLBK__STORAGE_ENTRY(qualifiers, type, name, slot) #slot " " #name "_storage\0"
+#define GLBK__IMAGE_ENTRY(qualifiers, format, type, name, slot) #slot " " #name "\0"
 #define GLBK__LISTS_CODE(part, PART)                                                               \
-    static const glbk_slot glbk__##part##_units[] = {                                              \
-        GLBK_##PART##_TEXTURES(GLBK__TEXTURE_ENTRY) { NULL, 0 } };                                 \
-    static const glbk_slot glbk__##part##_bindings[] = {                                           \
-        GLBK_##PART##_BLOCKS(GLBK__BLOCK_ENTRY) { NULL, 0 } };                                     \
-    static const glbk_slot glbk__##part##_storage[] = {                                            \
-        GLBK_##PART##_STORAGE(GLBK__STORAGE_ENTRY) { NULL, 0 } };                                  \
-    static const glbk_slot glbk__##part##_images[] = {                                             \
-        GLBK_##PART##_IMAGES(GLBK__IMAGE_ENTRY) { NULL, 0 } };
+    static const char glbk__##part##_slots[] =                                                     \
+        GLBK_##PART##_TEXTURES(GLBK__TEXTURE_ENTRY) "\0" GLBK_##PART##_BLOCKS(GLBK__BLOCK_ENTRY)   \
+        "\0" GLBK_##PART##_STORAGE(GLBK__STORAGE_ENTRY) "\0"                                       \
+        GLBK_##PART##_IMAGES(GLBK__IMAGE_ENTRY) "\0";
 #define GLBK__PART_DATA(part)                                                                      \
     static const glbk_part glbk__##part##_part = {                                                 \
         #part, glbk__##part##_files, sizeof glbk__##part##_files / sizeof glbk__##part##_files[0], \
-        glbk__##part##_units, glbk__##part##_bindings,                                             \
-        glbk__##part##_storage, glbk__##part##_images                                              \
+        glbk__##part##_slots                                                                       \
     };
 #define GLBK__PART_CODE(part, PART)                                                                \
     GLBK__LISTS_CODE(part, PART)                                                                   \
@@ -465,14 +467,14 @@ static inline glbk_prog__allocator glbk_prog__memory(const glbk_context *ctx)
 
 
 static const struct { char facts[27];
-    char s0[42]; char end; } glbk__glsl_lib_base_bindings_glsl = {
+    char s0[42]; char end; } glbk__glsl_lib_base_bindings_glsl GLBK__TIGHT = {
     "lib/base_bindings.glsl\0" "" "\0" "" "\0"
     "" "\0" "",
     "\nuniform glbk_color_sampler glbk_source;\n", 0
 };
 
 static const struct { char facts[27];
-    char s0[338]; char end; } glbk__glsl_lib_mesh_fragment_glsl = {
+    char s0[338]; char end; } glbk__glsl_lib_mesh_fragment_glsl GLBK__TIGHT = {
     "lib/mesh_fragment.glsl\0" "" "\0" "" "\0"
     "" "\0" "",
     "\n\n#ifdef GLBK_OWN_FRAGMENT\n"
@@ -495,7 +497,7 @@ static const struct { char facts[27];
 };
 
 static const struct { char facts[25];
-    char s0[1217]; char end; } glbk__glsl_lib_mesh_vertex_glsl = {
+    char s0[1217]; char end; } glbk__glsl_lib_mesh_vertex_glsl GLBK__TIGHT = {
     "lib/mesh_vertex.glsl\0" "" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n#ifdef GLBK_OWN_VERTEX\n"
@@ -550,7 +552,7 @@ static const struct { char facts[25];
 };
 
 static const struct { char facts[21];
-    char s0[844]; char end; } glbk__glsl_lib_prelude_glsl = {
+    char s0[844]; char end; } glbk__glsl_lib_prelude_glsl GLBK__TIGHT = {
     "lib/prelude.glsl\0" "" "\0" "" "\0"
     "" "\0" "",
     "\n#ifdef GL_ES\n"
@@ -584,7 +586,7 @@ static const struct { char facts[21];
 };
 
 static const struct { char facts[19];
-    char s0[82]; char end; } glbk__glsl_lib_table_glsl = {
+    char s0[82]; char end; } glbk__glsl_lib_table_glsl GLBK__TIGHT = {
     "lib/table.glsl\0" "" "\0" "" "\0"
     "" "\0" "",
     "\nivec3 glbk_table_at(uint i)\n"
@@ -594,7 +596,7 @@ static const struct { char facts[19];
 };
 
 static const struct { char facts[55];
-    char s0[307]; char end; } glbk__glsl_prog_copy_frag = {
+    char s0[307]; char end; } glbk__glsl_prog_copy_frag GLBK__TIGHT = {
     "prog/copy.frag\0" "base_bindings" "\0" "" "\0"
     "TO_COLOR=0 | TO_COLOR=1" "\0" "",
     "\n\n\n\n\n#ifndef TO_COLOR\n"
@@ -617,7 +619,7 @@ static const struct { char facts[55];
 };
 
 static const struct { char facts[21];
-    char s0[87]; char end; } glbk__glsl_prog_screen_vert = {
+    char s0[87]; char end; } glbk__glsl_prog_screen_vert GLBK__TIGHT = {
     "prog/screen.vert\0" "" "\0" "" "\0"
     "" "\0" "",
     "\nvoid main()\n"
@@ -865,8 +867,8 @@ static int glbk__append_defines(glbk__sink *sink, const char *defines)
 GLBK_DEF size_t glbk_write_glsl(glbk_dialect dialect, int float_bits, const glbk_shader *shader, char *out,
                                 size_t bytes)
 {
-    static const char *const versions[] = { "#version 330 core\n", "#version 330 core\n", "#version 300 es\n",
-                                            "#version 430 core\n" };
+    static const char versions[][19] = { "#version 330 core\n", "#version 330 core\n", "#version 300 es\n",
+                                         "#version 430 core\n" };
     const glbk_file *main_file;
     glbk__list list;
     glbk__sink sink;
@@ -914,16 +916,35 @@ GLBK__DEF glbk_offset glbk__offset(const glbk_offset *offset)
     return offset ? *offset : none;
 }
 
-static const glbk_slot glbk__user_slots[] = {
-    { "glbk_user0", GLBK_SLOT_glbk_user0 }, { "glbk_user1", GLBK_SLOT_glbk_user1 },
-    { "glbk_user2", GLBK_SLOT_glbk_user2 }, { "glbk_user3", GLBK_SLOT_glbk_user3 }, { NULL, 0 }
-};
+/* The list of a user's own samplers: GLBK_SLOT_glbk_user0 to GLBK_SLOT_glbk_user3. */
+static const char glbk__user_slots[] = "12 glbk_user0\0" "13 glbk_user1\0" "14 glbk_user2\0"
+                                       "15 glbk_user3\0";
 
 /* ---- places: which name has which unit or binding ---- */
 
 /* The kinds of places. Slots of units and blocks count from the context's first ones on and move with a
    part's offset; GLSL says the numbers of the others. */
 enum { GLBK__PLACE_UNIT, GLBK__PLACE_BLOCK, GLBK__PLACE_STORAGE, GLBK__PLACE_IMAGE, GLBK__PLACE_COUNT };
+
+/* Returns a part's list of the slots of one kind of places. */
+static const char *glbk__slots_of(const glbk_part *part, int kind)
+{
+    const char *s = part->slots;
+    for (; kind; kind--, s++)
+        while (*s) s += strlen(s) + 1;
+    return s;
+}
+
+/* Moves *list, of strings such as "3 glbk_csm_maps", behind its first string, and writes the slot that this
+   one has. Returns the name in it, NULL at the end of the list. */
+static const char *glbk__next_slot(const char **list, uint32_t *slot)
+{
+    const char *s = *list;
+    if (!*s) return NULL;
+    for (*slot = 0; *s != ' '; s++) *slot = 10 * *slot + (uint32_t)(*s - '0');
+    *list = s + strlen(s) + 1;
+    return s + 1;
+}
 
 /* The names that hold the places of a program, of those that it declares. */
 typedef struct glbk__holders {
@@ -959,9 +980,8 @@ static int glbk__declares(const glbk_context *ctx, uint32_t gl_program, const ch
 static glbk_result glbk__refuse_place(const glbk_context *ctx, const glbk__holders *h, const char *first,
                                       const char *second, uint32_t place, int kind)
 {
-    static const char *const texts[] = { " both have texture unit ",
-                                         " both have the binding of uniform blocks ",
-                                         " both have storage buffer ", " both have image " };
+    static const char texts[][42] = { " both have texture unit ", " both have the binding of uniform blocks ",
+                                      " both have storage buffer ", " both have image " };
     char line[GLBK__LINE_ROOM];
     glbk__sink sink;
     glbk__begin_line(&sink, line);
@@ -975,20 +995,21 @@ static glbk_result glbk__refuse_place(const glbk_context *ctx, const glbk__holde
 }
 
 /* Gives the declared names of one list their places, which are moved by `offset`. */
-static glbk_result glbk__take_places(const glbk_context *ctx, const glbk_slot *s, uint32_t offset, int kind,
+static glbk_result glbk__take_places(const glbk_context *ctx, const char *list, uint32_t offset, int kind,
                                      glbk__holders *h)
 {
     const uint32_t count = glbk__place_count(ctx, kind);
-    const char **names = h->names[kind];
-    for (; s && s->name; s++) {
-        if (!glbk__declares(ctx, h->gl_program, s->name, kind)) continue;
-        if (offset >= count || s->slot >= count - offset)
-            return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, h->function, s->name, (double)offset + s->slot, 0,
+    const char **names = h->names[kind], *name;
+    uint32_t slot;
+    while ((name = glbk__next_slot(&list, &slot)) != NULL) {
+        if (!glbk__declares(ctx, h->gl_program, name, kind)) continue;
+        if (offset >= count || slot >= count - offset)
+            return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, h->function, name, (double)offset + slot, 0,
                                       (double)count - 1);
-        if (names[offset + s->slot])
-            return glbk__refuse_place(ctx, h, names[offset + s->slot], s->name,
-                                      glbk__first_place(ctx, kind) + offset + s->slot, kind);
-        names[offset + s->slot] = s->name;
+        if (names[offset + slot])
+            return glbk__refuse_place(ctx, h, names[offset + slot], name,
+                                      glbk__first_place(ctx, kind) + offset + slot, kind);
+        names[offset + slot] = name;
     }
     return GLBK_OK;
 }
@@ -997,11 +1018,14 @@ static glbk_result glbk__take_part(const glbk_context *ctx, const glbk_part *par
                                    glbk__holders *h)
 {
     const glbk_offset at = glbk__offset(offset);
-    glbk_result result = glbk__take_places(ctx, part->textures, at.unit, GLBK__PLACE_UNIT, h);
-    if (result == GLBK_OK) result = glbk__take_places(ctx, part->blocks, at.block, GLBK__PLACE_BLOCK, h);
-    if (result != GLBK_OK || !ctx->compute) return result;
-    result = glbk__take_places(ctx, part->storage, 0, GLBK__PLACE_STORAGE, h);
-    return result == GLBK_OK ? glbk__take_places(ctx, part->images, 0, GLBK__PLACE_IMAGE, h) : result;
+    const int kinds = ctx->compute ? GLBK__PLACE_COUNT : GLBK__PLACE_STORAGE;
+    glbk_result result = GLBK_OK;
+    int kind;
+    for (kind = 0; kind < kinds && result == GLBK_OK; kind++) {
+        const uint32_t first = kind == GLBK__PLACE_UNIT ? at.unit : kind == GLBK__PLACE_BLOCK ? at.block : 0;
+        result = glbk__take_places(ctx, glbk__slots_of(part, kind), first, kind, h);
+    }
+    return result;
 }
 
 /* Gives the names that every program may declare their places: the base's, and samplers of the user's. */
@@ -1031,11 +1055,13 @@ static glbk_result glbk__check_places(const glbk_context *ctx, const char *funct
 
 /* ---- setting slots ---- */
 
-static void glbk__set_units(const glbk_context *ctx, const glbk_slot *s, uint32_t offset, uint32_t gl_program)
+static void glbk__set_units(const glbk_context *ctx, const char *list, uint32_t offset, uint32_t gl_program)
 {
-    for (; s->name; s++) {
-        int32_t location = ctx->gl.GetUniformLocation(gl_program, s->name);
-        if (location >= 0) ctx->gl.Uniform1i(location, (int32_t)(ctx->first_unit + offset + s->slot));
+    const char *name;
+    uint32_t slot;
+    while ((name = glbk__next_slot(&list, &slot)) != NULL) {
+        const int32_t location = ctx->gl.GetUniformLocation(gl_program, name);
+        if (location >= 0) ctx->gl.Uniform1i(location, (int32_t)(ctx->first_unit + offset + slot));
     }
 }
 
@@ -1043,12 +1069,13 @@ static void glbk__set_part_slots(const glbk_context *ctx, const glbk_part *part,
                                  uint32_t gl_program)
 {
     const glbk_offset at = glbk__offset(offset);
-    const glbk_slot *s;
-    glbk__set_units(ctx, part->textures, at.unit, gl_program);
-    for (s = part->blocks; s->name; s++) {
-        uint32_t index = ctx->gl.GetUniformBlockIndex(gl_program, s->name);
+    const char *blocks = glbk__slots_of(part, GLBK__PLACE_BLOCK), *name;
+    uint32_t slot;
+    glbk__set_units(ctx, glbk__slots_of(part, GLBK__PLACE_UNIT), at.unit, gl_program);
+    while ((name = glbk__next_slot(&blocks, &slot)) != NULL) {
+        const uint32_t index = ctx->gl.GetUniformBlockIndex(gl_program, name);
         if (index != GLBK__INVALID_INDEX)
-            ctx->gl.UniformBlockBinding(gl_program, index, ctx->first_block + at.block + s->slot);
+            ctx->gl.UniformBlockBinding(gl_program, index, ctx->first_block + at.block + slot);
     }
 }
 

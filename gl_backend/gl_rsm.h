@@ -941,7 +941,7 @@ static inline GLBK_RSM__COLD void glbk_rsm__message_number(glbk_rsm__message *m,
 
 
 static const struct { char facts[44];
-    char s0[647]; char end; } glbk__glsl_lib_rsm_access_glsl = {
+    char s0[647]; char end; } glbk__glsl_lib_rsm_access_glsl GLBK__TIGHT = {
     "lib/rsm_access.glsl\0" "rsm_bindings rsm_map" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n#define RSM_TEXEL(t, k) texelFetch(glbk_rsm_texels, ivec3((t).xy, 3 * (t).z + (k)), 0)\n"
@@ -957,7 +957,7 @@ static const struct { char facts[44];
 };
 
 static const struct { char facts[26];
-    char s0[1462]; char end; } glbk__glsl_lib_rsm_bindings_glsl = {
+    char s0[1462]; char end; } glbk__glsl_lib_rsm_bindings_glsl GLBK__TIGHT = {
     "lib/rsm_bindings.glsl\0" "" "\0" "" "\0"
     "" "\0" "",
     "\nuniform usampler2DArray glbk_rsm_texels,glbk_rsm_sums,glbk_rsm_rows,glbk_rsm_lights;\n"
@@ -987,7 +987,7 @@ static const struct { char facts[26];
 };
 
 static const struct { char facts[58];
-    char s0[980]; char end; } glbk__glsl_lib_rsm_bounce_glsl = {
+    char s0[980]; char end; } glbk__glsl_lib_rsm_bounce_glsl GLBK__TIGHT = {
     "lib/rsm_bounce.glsl\0" "rsm_screen rsm_gather rsm_sampling" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\nvec2 rsm_turn(ivec2 at)\n"
@@ -1019,7 +1019,7 @@ static const struct { char facts[58];
 };
 
 static const struct { char facts[40];
-    char s0[396]; char end; } glbk__glsl_lib_rsm_bound_glsl = {
+    char s0[396]; char end; } glbk__glsl_lib_rsm_bound_glsl GLBK__TIGHT = {
     "lib/rsm_bound.glsl\0" "rsm_map rsm_light" "\0" "" "\0"
     "" "\0" "",
     "\n\nrsm_light rsm_bound()\n"
@@ -1040,7 +1040,7 @@ static const struct { char facts[40];
 };
 
 static const struct { char facts[23];
-    char s0[183]; char end; } glbk__glsl_lib_rsm_chunk_glsl = {
+    char s0[183]; char end; } glbk__glsl_lib_rsm_chunk_glsl GLBK__TIGHT = {
     "lib/rsm_chunk.glsl\0" "" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n#define RSM_CHUNK 64u\n"
@@ -1050,7 +1050,7 @@ static const struct { char facts[23];
 };
 
 static const struct { char facts[44];
-    char s0[1638]; char end; } glbk__glsl_lib_rsm_direct_glsl = {
+    char s0[1638]; char end; } glbk__glsl_lib_rsm_direct_glsl GLBK__TIGHT = {
     "lib/rsm_direct.glsl\0" "rsm_access rsm_bound" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\nfloat rsm_unshadowed(rsm_light l,vec3 p,vec3 n)\n"
@@ -1100,7 +1100,7 @@ static const struct { char facts[44];
 };
 
 static const struct { char facts[37];
-    char s0[188]; char end; } glbk__glsl_lib_rsm_drawn_glsl = {
+    char s0[188]; char end; } glbk__glsl_lib_rsm_drawn_glsl GLBK__TIGHT = {
     "lib/rsm_drawn.glsl\0" "" "\0" "" "\0"
     "" "\0" "glbk_rsm_drawn",
     "\nlayout(std140)uniform glbk_rsm_drawn_block{\n"
@@ -1112,7 +1112,7 @@ static const struct { char facts[37];
 };
 
 static const struct { char facts[37];
-    char s0[494]; char end; } glbk__glsl_lib_rsm_frame_glsl = {
+    char s0[494]; char end; } glbk__glsl_lib_rsm_frame_glsl GLBK__TIGHT = {
     "lib/rsm_frame.glsl\0" "" "\0" "" "\0"
     "" "\0" "glbk_rsm_frame",
     "\nlayout(std140)uniform glbk_rsm_frame_block{\n"
@@ -1126,7 +1126,7 @@ static const struct { char facts[37];
 };
 
 static const struct { char facts[32];
-    char s0[3982]; char s1[3241]; char end; } glbk__glsl_lib_rsm_gather_glsl = {
+    char s0[3982]; char s1[3241]; char end; } glbk__glsl_lib_rsm_gather_glsl GLBK__TIGHT = {
     "lib/rsm_gather.glsl\0" "rsm_pick" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n#ifndef RSM_SURFACES\n"
@@ -1358,7 +1358,7 @@ static const struct { char facts[32];
 };
 
 static const struct { char facts[32];
-    char s0[1792]; char end; } glbk__glsl_lib_rsm_grid_glsl = {
+    char s0[1792]; char end; } glbk__glsl_lib_rsm_grid_glsl GLBK__TIGHT = {
     "lib/rsm_grid.glsl\0" "rsm_screen" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\nbool rsm_node(ivec2 at,out rsm_receiver s,out vec4 node);\n"
@@ -1416,7 +1416,7 @@ static const struct { char facts[32];
 };
 
 static const struct { char facts[43];
-    char s0[266]; char end; } glbk__glsl_lib_rsm_imported_glsl = {
+    char s0[266]; char end; } glbk__glsl_lib_rsm_imported_glsl GLBK__TIGHT = {
     "lib/rsm_imported.glsl\0" "" "\0" "" "\0"
     "" "\0" "glbk_rsm_imported",
     "\nlayout(std140)uniform glbk_rsm_imported_block{\n"
@@ -1429,7 +1429,7 @@ static const struct { char facts[43];
 };
 
 static const struct { char facts[37];
-    char s0[172]; char end; } glbk__glsl_lib_rsm_light_glsl = {
+    char s0[172]; char end; } glbk__glsl_lib_rsm_light_glsl GLBK__TIGHT = {
     "lib/rsm_light.glsl\0" "" "\0" "" "\0"
     "" "\0" "glbk_rsm_light",
     "\nlayout(std140)uniform glbk_rsm_light_block{\n"
@@ -1440,7 +1440,7 @@ static const struct { char facts[37];
 };
 
 static const struct { char facts[33];
-    char s0[2126]; char end; } glbk__glsl_lib_rsm_lists_glsl = {
+    char s0[2126]; char end; } glbk__glsl_lib_rsm_lists_glsl GLBK__TIGHT = {
     "lib/rsm_lists.glsl\0" "rsm_screen" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n#ifndef RSM_GROUP\n"
@@ -1498,7 +1498,7 @@ static const struct { char facts[33];
 };
 
 static const struct { char facts[21];
-    char s0[3006]; char end; } glbk__glsl_lib_rsm_map_glsl = {
+    char s0[3006]; char end; } glbk__glsl_lib_rsm_map_glsl GLBK__TIGHT = {
     "lib/rsm_map.glsl\0" "" "\0" "" "\0"
     "" "\0" "",
     "\nconst int RSM_SUN=1;\n"
@@ -1605,7 +1605,7 @@ static const struct { char facts[21];
 };
 
 static const struct { char facts[42];
-    char s0[1447]; char end; } glbk__glsl_lib_rsm_pick_glsl = {
+    char s0[1447]; char end; } glbk__glsl_lib_rsm_pick_glsl GLBK__TIGHT = {
     "lib/rsm_pick.glsl\0" "rsm_access rsm_bound" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\nuint rsm_hash32(uint x)\n"
@@ -1663,7 +1663,7 @@ static const struct { char facts[42];
 };
 
 static const struct { char facts[46];
-    char s0[389]; char end; } glbk__glsl_lib_rsm_sampling_glsl = {
+    char s0[389]; char end; } glbk__glsl_lib_rsm_sampling_glsl GLBK__TIGHT = {
     "lib/rsm_sampling.glsl\0" "rsm_gather rsm_frame" "\0" "" "\0"
     "" "\0" "",
     "\n\nrsm_sampling rsm_bound_sampling()\n"
@@ -1683,7 +1683,7 @@ static const struct { char facts[46];
 };
 
 static const struct { char facts[52];
-    char s0[1503]; char end; } glbk__glsl_lib_rsm_screen_glsl = {
+    char s0[1503]; char end; } glbk__glsl_lib_rsm_screen_glsl GLBK__TIGHT = {
     "lib/rsm_screen.glsl\0" "rsm_access gbuffer rsm_frame" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n#define RSM_NONE 0.0\n"
@@ -1740,7 +1740,7 @@ static const struct { char facts[52];
 };
 
 static const struct { char facts[34];
-    char s0[600]; char end; } glbk__glsl_lib_rsm_smooth_glsl = {
+    char s0[600]; char end; } glbk__glsl_lib_rsm_smooth_glsl GLBK__TIGHT = {
     "lib/rsm_smooth.glsl\0" "rsm_screen" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\n\nbool rsm_neighbour(ivec2 at,ivec2 off,out rsm_receiver s,out vec3 light);\n"
@@ -1766,7 +1766,7 @@ static const struct { char facts[34];
 };
 
 static const struct { char facts[33];
-    char s0[571]; char end; } glbk__glsl_prog_rsm_begin_comp = {
+    char s0[571]; char end; } glbk__glsl_prog_rsm_begin_comp GLBK__TIGHT = {
     "prog/rsm_begin.comp\0" "rsm_lists" "\0" "" "\0"
     "" "\0" "",
     "\n\n\nlayout(local_size_x=8,local_size_y=8)in;\n"
@@ -1788,7 +1788,7 @@ static const struct { char facts[33];
 };
 
 static const struct { char facts[46];
-    char s0[396]; char end; } glbk__glsl_prog_rsm_direct_frag = {
+    char s0[396]; char end; } glbk__glsl_prog_rsm_direct_frag GLBK__TIGHT = {
     "prog/rsm_direct.frag\0" "rsm_direct rsm_screen" "\0" "" "\0"
     "" "\0" "",
     "\n\n\nlayout(location=0)out glbk_color result;\n"
@@ -1808,7 +1808,7 @@ static const struct { char facts[46];
 };
 
 static const struct { char facts[82];
-    char s0[1440]; char end; } glbk__glsl_prog_rsm_fill_frag = {
+    char s0[1440]; char end; } glbk__glsl_prog_rsm_fill_frag GLBK__TIGHT = {
     "prog/rsm_fill.frag\0" "rsm_bindings rsm_bound mesh_fragment rsm_drawn" "\0" "rsm_fill.vert" "\0"
     "" "\0" "",
     "\n\n\nin vec3 rsm_place,rsm_facing;\n"
@@ -1846,7 +1846,7 @@ static const struct { char facts[82];
 };
 
 static const struct { char facts[57];
-    char s0[392]; char end; } glbk__glsl_prog_rsm_fill_vert = {
+    char s0[392]; char end; } glbk__glsl_prog_rsm_fill_vert GLBK__TIGHT = {
     "prog/rsm_fill.vert\0" "rsm_bindings mesh_vertex rsm_drawn" "\0" "" "\0"
     "" "\0" "",
     "\n\nout vec3 rsm_place,rsm_facing;\n"
@@ -1866,7 +1866,7 @@ static const struct { char facts[57];
 };
 
 static const struct { char facts[122];
-    char s0[2148]; char end; } glbk__glsl_prog_rsm_gather_comp = {
+    char s0[2148]; char end; } glbk__glsl_prog_rsm_gather_comp GLBK__TIGHT = {
     "prog/rsm_gather.comp\0" "rsm_chunk rsm_bounce rsm_lists" "\0" "" "\0"
     "NODES=0 | NODES=1 | NODES=0 RSM_SURFACES=1 | NODES=1 RSM_SURFACES=1" "\0" "",
     "\n\n\n\n\n\n#ifndef NODES\n"
@@ -1946,7 +1946,7 @@ static const struct { char facts[122];
 };
 
 static const struct { char facts[66];
-    char s0[1427]; char end; } glbk__glsl_prog_rsm_gather_frag = {
+    char s0[1427]; char end; } glbk__glsl_prog_rsm_gather_frag GLBK__TIGHT = {
     "prog/rsm_gather.frag\0" "rsm_bounce" "\0" "" "\0"
     "RSM_SURFACES=0 | RSM_SURFACES=1" "\0" "",
     "\n\n\n\n\nlayout(location=0)out glbk_color result;\n"
@@ -1991,7 +1991,7 @@ static const struct { char facts[66];
 };
 
 static const struct { char facts[84];
-    char s0[3994]; char s1[454]; char end; } glbk__glsl_prog_rsm_import_frag = {
+    char s0[3994]; char s1[454]; char end; } glbk__glsl_prog_rsm_import_frag GLBK__TIGHT = {
     "prog/rsm_import.frag\0" "rsm_bindings rsm_imported rsm_bound" "\0" "" "\0"
     "KIND=0 | KIND=1 | KIND=2" "\0" "",
     "\n\n\n\n#ifndef KIND\n"
@@ -2111,7 +2111,7 @@ static const struct { char facts[84];
 };
 
 static const struct { char facts[76];
-    char s0[2107]; char end; } glbk__glsl_prog_rsm_interpolate_comp = {
+    char s0[2107]; char end; } glbk__glsl_prog_rsm_interpolate_comp GLBK__TIGHT = {
     "prog/rsm_interpolate.comp\0" "rsm_lists rsm_grid" "\0" "" "\0"
     "RSM_GROUP=256 | RSM_GROUP=64" "\0" "",
     "\n\n\n\n\nlayout(local_size_x=RSM_GROUP)in;\n"
@@ -2186,7 +2186,7 @@ static const struct { char facts[76];
 };
 
 static const struct { char facts[38];
-    char s0[809]; char end; } glbk__glsl_prog_rsm_interpolate_frag = {
+    char s0[809]; char end; } glbk__glsl_prog_rsm_interpolate_frag GLBK__TIGHT = {
     "prog/rsm_interpolate.frag\0" "rsm_grid" "\0" "" "\0"
     "" "\0" "",
     "\n\n\nlayout(location=0)out glbk_color result;\n"
@@ -2216,7 +2216,7 @@ static const struct { char facts[38];
 };
 
 static const struct { char facts[56];
-    char s0[1776]; char end; } glbk__glsl_prog_rsm_pick_frag = {
+    char s0[1776]; char end; } glbk__glsl_prog_rsm_pick_frag GLBK__TIGHT = {
     "prog/rsm_pick.frag\0" "rsm_gather rsm_frame" "\0" "" "\0"
     "ALL=0 | ALL=1" "\0" "",
     "\n\n\n\n\n#ifndef ALL\n"
@@ -2267,7 +2267,7 @@ static const struct { char facts[56];
 };
 
 static const struct { char facts[45];
-    char s0[2067]; char end; } glbk__glsl_prog_rsm_recall_frag = {
+    char s0[2067]; char end; } glbk__glsl_prog_rsm_recall_frag GLBK__TIGHT = {
     "prog/rsm_recall.frag\0" "rsm_screen rsm_drawn" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\nlayout(location=0)out glbk_color result;\n"
@@ -2338,7 +2338,7 @@ static const struct { char facts[45];
 };
 
 static const struct { char facts[62];
-    char s0[428]; char end; } glbk__glsl_prog_rsm_resolve_frag = {
+    char s0[428]; char end; } glbk__glsl_prog_rsm_resolve_frag GLBK__TIGHT = {
     "prog/rsm_resolve.frag\0" "rsm_access gbuffer picture rsm_frame" "\0" "" "\0"
     "" "\0" "",
     "\n\n\nlayout(location=0)out vec4 result;\n"
@@ -2356,7 +2356,7 @@ static const struct { char facts[62];
 };
 
 static const struct { char facts[46];
-    char s0[780]; char end; } glbk__glsl_prog_rsm_scan_comp = {
+    char s0[780]; char end; } glbk__glsl_prog_rsm_scan_comp GLBK__TIGHT = {
     "prog/rsm_scan.comp\0" "rsm_pick" "\0" "" "\0"
     "ROWS=0 | ROWS=1" "\0" "",
     "\n\n\n\n\n\n#ifndef ROWS\n"
@@ -2393,7 +2393,7 @@ static const struct { char facts[46];
 };
 
 static const struct { char facts[74];
-    char s0[520]; char end; } glbk__glsl_prog_rsm_scan_frag = {
+    char s0[520]; char end; } glbk__glsl_prog_rsm_scan_frag GLBK__TIGHT = {
     "prog/rsm_scan.frag\0" "rsm_pick rsm_frame" "\0" "" "\0"
     "FROM=0 | FROM=1 | FROM=2 | FROM=3" "\0" "",
     "\n\n\n\n\n#ifndef FROM\n"
@@ -2421,7 +2421,7 @@ static const struct { char facts[74];
 };
 
 static const struct { char facts[35];
-    char s0[1398]; char end; } glbk__glsl_prog_rsm_smooth_comp = {
+    char s0[1398]; char end; } glbk__glsl_prog_rsm_smooth_comp GLBK__TIGHT = {
     "prog/rsm_smooth.comp\0" "rsm_smooth" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\nlayout(local_size_x=16,local_size_y=16)in;\n"
@@ -2467,7 +2467,7 @@ static const struct { char facts[35];
 };
 
 static const struct { char facts[35];
-    char s0[592]; char end; } glbk__glsl_prog_rsm_smooth_frag = {
+    char s0[592]; char end; } glbk__glsl_prog_rsm_smooth_frag GLBK__TIGHT = {
     "prog/rsm_smooth.frag\0" "rsm_smooth" "\0" "" "\0"
     "" "\0" "",
     "\n\n\nlayout(location=0)out glbk_color result;\n"
@@ -2491,7 +2491,7 @@ static const struct { char facts[35];
 };
 
 static const struct { char facts[57];
-    char s0[531]; char end; } glbk__glsl_prog_rsm_stats_frag = {
+    char s0[531]; char end; } glbk__glsl_prog_rsm_stats_frag GLBK__TIGHT = {
     "prog/rsm_stats.frag\0" "rsm_bindings rsm_access rsm_bound" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\nlayout(location=0)out uvec4 result;\n"

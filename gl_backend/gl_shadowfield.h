@@ -839,7 +839,7 @@ static inline GLBK_SFIELD__COLD void glbk_sfield__log_index(const glbk_sfield__l
 
 
 static const struct { char facts[48];
-    char s0[359]; char end; } glbk__glsl_lib_sfield_access_glsl = {
+    char s0[359]; char end; } glbk__glsl_lib_sfield_access_glsl GLBK__TIGHT = {
     "lib/sfield_access.glsl\0" "table sfield_bindings" "\0" "" "\0"
     "" "\0" "",
     "\n\n#define SFIELD_TEXEL(i) texelFetch(glbk_sfield_table, glbk_table_at(i), 0)\n"
@@ -859,7 +859,7 @@ static const struct { char facts[48];
 };
 
 static const struct { char facts[29];
-    char s0[593]; char end; } glbk__glsl_lib_sfield_bindings_glsl = {
+    char s0[593]; char end; } glbk__glsl_lib_sfield_bindings_glsl GLBK__TIGHT = {
     "lib/sfield_bindings.glsl\0" "" "\0" "" "\0"
     "" "\0" "",
     "\nuniform usampler2DArray glbk_sfield_table,glbk_sfield_moving,glbk_sfield_self;\n"
@@ -875,7 +875,7 @@ static const struct { char facts[29];
 };
 
 static const struct { char facts[67];
-    char s0[1988]; char end; } glbk__glsl_lib_sfield_brdf_glsl = {
+    char s0[1988]; char end; } glbk__glsl_lib_sfield_brdf_glsl GLBK__TIGHT = {
     "lib/sfield_brdf.glsl\0" "sfield_access sfield_field sfield_contents" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\n\n\n#define SFIELD_ROUGHNESSES 24\n"
@@ -936,7 +936,7 @@ static const struct { char facts[67];
 };
 
 static const struct { char facts[49];
-    char s0[173]; char end; } glbk__glsl_lib_sfield_contents_glsl = {
+    char s0[173]; char end; } glbk__glsl_lib_sfield_contents_glsl GLBK__TIGHT = {
     "lib/sfield_contents.glsl\0" "" "\0" "" "\0"
     "" "\0" "glbk_sfield_contents",
     "\nlayout(std140)uniform glbk_sfield_contents_block{\n"
@@ -946,7 +946,7 @@ static const struct { char facts[49];
 };
 
 static const struct { char facts[26];
-    char s0[3956]; char s1[2191]; char end; } glbk__glsl_lib_sfield_field_glsl = {
+    char s0[3956]; char s1[2191]; char end; } glbk__glsl_lib_sfield_field_glsl GLBK__TIGHT = {
     "lib/sfield_field.glsl\0" "" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\n\n#ifndef SFIELD_TEXEL\n"
@@ -1151,7 +1151,7 @@ static const struct { char facts[26];
 };
 
 static const struct { char facts[43];
-    char s0[79]; char end; } glbk__glsl_lib_sfield_frame_glsl = {
+    char s0[79]; char end; } glbk__glsl_lib_sfield_frame_glsl GLBK__TIGHT = {
     "lib/sfield_frame.glsl\0" "" "\0" "" "\0"
     "" "\0" "glbk_sfield_frame",
     "\nlayout(std140)uniform glbk_sfield_frame_block{\n"
@@ -1160,7 +1160,7 @@ static const struct { char facts[43];
 };
 
 static const struct { char facts[54];
-    char s0[3998]; char s1[741]; char end; } glbk__glsl_lib_sfield_list_glsl = {
+    char s0[3998]; char s1[741]; char end; } glbk__glsl_lib_sfield_list_glsl GLBK__TIGHT = {
     "lib/sfield_list.glsl\0" "sfield_access sfield_contents" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n#ifndef SFIELD_GROUP\n"
@@ -1291,7 +1291,7 @@ static const struct { char facts[54];
 };
 
 static const struct { char facts[45];
-    char s0[92]; char end; } glbk__glsl_lib_sfield_object_glsl = {
+    char s0[92]; char end; } glbk__glsl_lib_sfield_object_glsl GLBK__TIGHT = {
     "lib/sfield_object.glsl\0" "" "\0" "" "\0"
     "" "\0" "glbk_sfield_object",
     "\nlayout(std140)uniform glbk_sfield_object_block{\n"
@@ -1300,7 +1300,7 @@ static const struct { char facts[45];
 };
 
 static const struct { char facts[71];
-    char s0[2508]; char end; } glbk__glsl_lib_sfield_point_glsl = {
+    char s0[2508]; char end; } glbk__glsl_lib_sfield_point_glsl GLBK__TIGHT = {
     "lib/sfield_point.glsl\0" "gbuffer sfield_shade sfield_brdf sfield_frame" "\0" "" "\0"
     "" "\0" "",
     "\n\n#ifndef SFIELD_SELF\n"
@@ -1386,7 +1386,7 @@ static const struct { char facts[71];
 };
 
 static const struct { char facts[68];
-    char s0[3975]; char s1[3999]; char s2[458]; char end; } glbk__glsl_lib_sfield_shade_glsl = {
+    char s0[3975]; char s1[3999]; char s2[458]; char end; } glbk__glsl_lib_sfield_shade_glsl GLBK__TIGHT = {
     "lib/sfield_shade.glsl\0" "sfield_access sfield_field sfield_contents" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\n\n\n\n#ifndef SFIELD_ENTITY\n"
@@ -1681,7 +1681,7 @@ static const struct { char facts[68];
 };
 
 static const struct { char facts[43];
-    char s0[179]; char end; } glbk__glsl_lib_sfield_views_glsl = {
+    char s0[179]; char end; } glbk__glsl_lib_sfield_views_glsl GLBK__TIGHT = {
     "lib/sfield_views.glsl\0" "" "\0" "" "\0"
     "" "\0" "glbk_sfield_views",
     "\nlayout(std140)uniform glbk_sfield_views_block{\n"
@@ -1693,7 +1693,7 @@ static const struct { char facts[43];
 };
 
 static const struct { char facts[126];
-    char s0[1233]; char end; } glbk__glsl_prog_sfield_project_comp = {
+    char s0[1233]; char end; } glbk__glsl_prog_sfield_project_comp GLBK__TIGHT = {
     "prog/sfield_project.comp\0" "table sfield_bindings sfield_views" "\0" "" "\0"
     "SFIELD_SOURCE=0 SFIELD_BANDS=4 | SFIELD_SOURCE=1 SFIELD_BANDS=8" "\0" "",
     "\n\n\n\n#ifndef SFIELD_BANDS\n"
@@ -1731,7 +1731,7 @@ static const struct { char facts[126];
 };
 
 static const struct { char facts[96];
-    char s0[897]; char end; } glbk__glsl_prog_sfield_project_frag = {
+    char s0[897]; char end; } glbk__glsl_prog_sfield_project_frag GLBK__TIGHT = {
     "prog/sfield_project.frag\0" "table sfield_bindings sfield_views" "\0" "" "\0"
     "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" "\0" "",
     "\n\n\n\n\n\nlayout(location=0)out uvec4 coefs;\n"
@@ -1770,7 +1770,7 @@ static const struct { char facts[96];
 };
 
 static const struct { char facts[124];
-    char s0[357]; char end; } glbk__glsl_prog_sfield_see_frag = {
+    char s0[357]; char end; } glbk__glsl_prog_sfield_see_frag GLBK__TIGHT = {
     "prog/sfield_see.frag\0" "sfield_bindings mesh_fragment" "\0" "sfield_see.vert" "\0"
     "SFIELD_SOURCE=0 GLBK_PLACE | SFIELD_SOURCE=1 GLBK_PLACE" "\0" "",
     "\n\n\n\n#if SFIELD_SOURCE\n"
@@ -1791,7 +1791,7 @@ static const struct { char facts[124];
 };
 
 static const struct { char facts[120];
-    char s0[922]; char end; } glbk__glsl_prog_sfield_see_vert = {
+    char s0[922]; char end; } glbk__glsl_prog_sfield_see_vert GLBK__TIGHT = {
     "prog/sfield_see.vert\0" "sfield_bindings mesh_vertex sfield_views" "\0" "" "\0"
     "SFIELD_SOURCE=0 GLBK_PLACE | SFIELD_SOURCE=1 GLBK_PLACE" "\0" "",
     "\n\n\n\n\n#ifndef SFIELD_RADIANCE\n"
@@ -1827,7 +1827,7 @@ static const struct { char facts[120];
 };
 
 static const struct { char facts[52];
-    char s0[538]; char end; } glbk__glsl_prog_sfield_self_frag = {
+    char s0[538]; char end; } glbk__glsl_prog_sfield_self_frag GLBK__TIGHT = {
     "prog/sfield_self.frag\0" "" "\0" "sfield_self.vert" "\0"
     "GLBK_PLACE" "\0" "",
     "\n\n\nin vec4 sfield_self0,sfield_self1,sfield_self2,sfield_self3;\n"
@@ -1848,7 +1848,7 @@ static const struct { char facts[52];
 };
 
 static const struct { char facts[77];
-    char s0[611]; char end; } glbk__glsl_prog_sfield_self_vert = {
+    char s0[611]; char end; } glbk__glsl_prog_sfield_self_vert GLBK__TIGHT = {
     "prog/sfield_self.vert\0" "sfield_bindings mesh_vertex sfield_object" "\0" "" "\0"
     "GLBK_PLACE" "\0" "",
     "\n\n\n\n#ifndef SFIELD_SELF0\n"
@@ -1875,7 +1875,7 @@ static const struct { char facts[77];
 };
 
 static const struct { char facts[311];
-    char s0[631]; char end; } glbk__glsl_prog_sfield_shade_comp = {
+    char s0[631]; char end; } glbk__glsl_prog_sfield_shade_comp GLBK__TIGHT = {
     "prog/sfield_shade.comp\0" "sfield_list sfield_point" "\0" "" "\0"
     "SFIELD_BANDS=4 SFIELD_GLOSS=0 SFIELD_SELF=1 | SFIELD_BANDS=3 SFIELD_GLOSS=1 | SFIELD_BANDS=8 SFIELD_GLOSS=0 | SFIELD_BANDS=4 SFIELD_GLOSS=2 SFIELD_GRAZING=1 SFIELD_SELF=1 | SFIELD_BANDS=4 SFIELD_EXP=1 SFIELD_GLOSS=0 | SFIELD_BANDS=3 SFIELD_EXP=1 SFIELD_GLOSS=2" "\0" "",
     "\n\n\n\n\n\n\nlayout(local_size_x=8,local_size_y=8)in;\n"
@@ -1901,7 +1901,7 @@ static const struct { char facts[311];
 };
 
 static const struct { char facts[299];
-    char s0[512]; char end; } glbk__glsl_prog_sfield_shade_frag = {
+    char s0[512]; char end; } glbk__glsl_prog_sfield_shade_frag GLBK__TIGHT = {
     "prog/sfield_shade.frag\0" "sfield_point" "\0" "" "\0"
     "SFIELD_BANDS=4 SFIELD_GLOSS=0 SFIELD_SELF=1 | SFIELD_BANDS=3 SFIELD_GLOSS=1 | SFIELD_BANDS=8 SFIELD_GLOSS=0 | SFIELD_BANDS=4 SFIELD_GLOSS=2 SFIELD_GRAZING=1 SFIELD_SELF=1 | SFIELD_BANDS=4 SFIELD_EXP=1 SFIELD_GLOSS=0 | SFIELD_BANDS=3 SFIELD_EXP=1 SFIELD_GLOSS=2" "\0" "",
     "\n\n\n\n\n\n\n\nlayout(location=0)out glbk_color light;\n"
@@ -1928,7 +1928,7 @@ static const struct { char facts[299];
 };
 
 static const struct { char facts[86];
-    char s0[1472]; char end; } glbk__glsl_prog_sfield_sum_comp = {
+    char s0[1472]; char end; } glbk__glsl_prog_sfield_sum_comp GLBK__TIGHT = {
     "prog/sfield_sum.comp\0" "sfield_bindings sfield_views" "\0" "" "\0"
     "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" "\0" "",
     "\n\n\n\n\nlayout(local_size_x=32)in;\n"
@@ -1981,7 +1981,7 @@ static const struct { char facts[86];
 };
 
 static const struct { char facts[101];
-    char s0[1027]; char end; } glbk__glsl_prog_sfield_sum_frag = {
+    char s0[1027]; char end; } glbk__glsl_prog_sfield_sum_frag GLBK__TIGHT = {
     "prog/sfield_sum.frag\0" "sfield_bindings sfield_views" "\0" "sfield_sum.vert" "\0"
     "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" "\0" "",
     "\n\n\n\nflat in uint sfield_tile;\n"
@@ -2016,7 +2016,7 @@ static const struct { char facts[101];
 };
 
 static const struct { char facts[86];
-    char s0[338]; char end; } glbk__glsl_prog_sfield_sum_vert = {
+    char s0[338]; char end; } glbk__glsl_prog_sfield_sum_vert GLBK__TIGHT = {
     "prog/sfield_sum.vert\0" "sfield_bindings sfield_views" "\0" "" "\0"
     "SFIELD_SOURCE=0 | SFIELD_SOURCE=1" "\0" "",
     "\n\n\nflat out uint sfield_tile;\n"

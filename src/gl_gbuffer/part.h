@@ -13,5 +13,5 @@ static const glbk_file glbk__gbuffer_reads[] = {
 };
 static const glbk_part glbk__gbuffer_reader = {
     "gbuffer", glbk__gbuffer_reads, sizeof glbk__gbuffer_reads / sizeof glbk__gbuffer_reads[0],
-    glbk__gbuffer_units, glbk__gbuffer_bindings, NULL, NULL
+    glbk__gbuffer_slots
 };

@@ -1,18 +1,18 @@
 /* ---- ism: arguments ---- */
 
-typedef struct glbk__ism_range {        /* a field, and the range of its values but 0 */
-    const char *field;
-    double      low, high;
-    const char *wanted;             /* the range in words */
-} glbk__ism_range;
+typedef struct glbk__ism_range { double low, high; } glbk__ism_range;     /* of the values of a field but 0 */
 
-/* Logs the first field that is out of its range; a table of ranges ends with one without a field. */
-static glbk_result glbk__ism_in_range(const glbk_context *ctx, const char *function,
+/* Logs the first field that is out of its range. fields: of each its name and its range in words, each ended
+   by 0; an empty string follows the last. (Pointers to them would take more bytes than the strings.) */
+static glbk_result glbk__ism_in_range(const glbk_context *ctx, const char *function, const char *fields,
                                       const glbk__ism_range *r, const double *values)
 {
-    for (; r->field; r++, values++)
+    for (; *fields; r++, values++) {
+        const char *wanted = fields + strlen(fields) + 1;
         if (!(*values >= r->low && *values <= r->high) && !(*values >= 0 && *values <= 0))
-            return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, r->field, *values, r->wanted);
+            return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, fields, *values, wanted);
+        fields = wanted + strlen(wanted) + 1;
+    }
     return GLBK_OK;
 }
 
@@ -22,15 +22,17 @@ static int glbk__ism_power_of_two(uint32_t x) { return (x & (x - 1)) == 0; }
 /* Checks the fields that count here as ism_create does. */
 static glbk_result glbk__ism_check_desc(const glbk_context *ctx, const char *function, const ism_desc *d)
 {
+    static const char fields[] =
+        "desc.vpl_count\0" "0 or 1..16384\0"
+        "desc.surfel_count\0" "0 or 8..65536\0"
+        "desc.tile_side\0" "0 or a power of two, 8..256\0"
+        "desc.projection\0" "a value of ism_projection\0"
+        "desc.lazy_frames\0" "0 or 1..64\0"
+        "desc.splat_scale\0" "0..16\0"
+        "desc.near_point_count\0" "64 at most\0";
     static const glbk__ism_range ranges[] = {
-        { "desc.vpl_count", 1, 16384, "0 or 1..16384" },
-        { "desc.surfel_count", 8, 65536, "0 or 8..65536" },
-        { "desc.tile_side", 8, 256, "0 or a power of two, 8..256" },
-        { "desc.projection", 0, ISM_PROJECTION_COUNT - 1, "a value of ism_projection" },
-        { "desc.lazy_frames", 1, 64, "0 or 1..64" },
-        { "desc.splat_scale", 0, 16, "0..16" },
-        { "desc.near_point_count", -2147483648.0, 64, "64 at most" },
-        { NULL, 0, 0, NULL }
+        { 1, 16384 }, { 8, 65536 }, { 8, 256 }, { 0, ISM_PROJECTION_COUNT - 1 }, { 1, 64 }, { 0, 16 },
+        { -2147483648.0, 64 }
     };
     const uint32_t side = d->tile_side ? d->tile_side : 64;
     double values[7];
@@ -45,7 +47,7 @@ static glbk_result glbk__ism_check_desc(const glbk_context *ctx, const char *fun
     values[4] = d->lazy_frames;
     values[5] = (double)d->splat_scale;
     values[6] = d->near_point_count;
-    result = glbk__ism_in_range(ctx, function, ranges, values);
+    result = glbk__ism_in_range(ctx, function, fields, ranges, values);
     if (result != GLBK_OK || d->window_rim <= 0) return result;
     if (d->window_rim >= 2 && (uint32_t)d->window_rim <= side / 2) return GLBK_OK;
     return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "desc.window_rim", d->window_rim,
@@ -73,11 +75,12 @@ static void glbk__ism_resolve(ism_desc *d)
 static glbk_result glbk__ism_check_shading(const glbk_context *ctx, const char *function,
                                            const ism_shading *shading, ism_shading *out)
 {
+    static const char fields[] =
+        "shading.near_mode\0" "a value of ism_near\0"
+        "shading.bias\0" "below 1\0"
+        "shading.clamp\0" "0 or above 0\0";
     static const glbk__ism_range ranges[] = {
-        { "shading.near_mode", 0, ISM_NEAR_COUNT - 1, "a value of ism_near" },
-        { "shading.bias", -3.5e38, 0.99999999, "below 1" },
-        { "shading.clamp", 0, 3e38, "0 or above 0" },
-        { NULL, 0, 0, NULL }
+        { 0, ISM_NEAR_COUNT - 1 }, { -3.5e38, 0.99999999 }, { 0, 3e38 }
     };
     double values[3];
     glbk_result result;
@@ -89,7 +92,7 @@ static glbk_result glbk__ism_check_shading(const glbk_context *ctx, const char *
     values[0] = (double)out->near_mode;
     values[1] = (double)out->bias;
     values[2] = (double)out->clamp;
-    result = glbk__ism_in_range(ctx, function, ranges, values);
+    result = glbk__ism_in_range(ctx, function, fields, ranges, values);
     if (result != GLBK_OK) return result;
     if (out->visible_fn || out->near_visible_fn)
         return glbk__refuse(ctx, GLBK_ERR_DESC, function,
@@ -170,7 +173,7 @@ static int glbk__ism_finite(float x) { return x * 0 >= 0 && x * 0 <= 0; }
 static glbk_result glbk__ism_check_field(const glbk__ism_element *e, const glbk__ism_field *f,
                                          const void *element)
 {
-    static const struct { float low, high; const char *wanted; } ranges[] = {
+    static const struct { float low, high; char wanted[24]; } ranges[] = {
         { -3.402823466e38f, 3.402823466e38f, "finite" }, { 0, 1e30f, "0..1e30" }, { 0, 1e5f, "0..1e5" },
         { 0, 3e38f, "finite and not negative" }
     };

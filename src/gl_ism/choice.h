@@ -20,12 +20,13 @@ static uint32_t glbk__ism_source_rows(const glbk_ism_choice_desc *d) { return d-
 static glbk_result glbk__ism_check_choice_desc(const glbk_context *ctx, const char *function,
                                                const glbk_ism_choice_desc *d, const ism_desc *maps)
 {
+    static const char fields[] =
+        "maps->desc.importance\0" "a value of ism_importance\0"
+        "maps->desc.view_grid_side\0" "0 or 1..16\0"
+        "maps->desc.blur_radius\0" "16 at most\0"
+        "maps->desc.flux_share\0" "0..1\0";
     static const glbk__ism_range ranges[] = {
-        { "maps->desc.importance", 0, ISM_IMPORTANCE_COUNT - 1, "a value of ism_importance" },
-        { "maps->desc.view_grid_side", 1, 16, "0 or 1..16" },
-        { "maps->desc.blur_radius", -2147483648.0, 16, "16 at most" },
-        { "maps->desc.flux_share", 0, 1, "0..1" },
-        { NULL, 0, 0, NULL }
+        { 0, ISM_IMPORTANCE_COUNT - 1 }, { 1, 16 }, { -2147483648.0, 16 }, { 0, 1 }
     };
     const uint32_t widest = GLBK__ISM_WIDEST;
     double values[4];
@@ -42,7 +43,7 @@ static glbk_result glbk__ism_check_choice_desc(const glbk_context *ctx, const ch
     values[1] = maps->view_grid_side;
     values[2] = maps->blur_radius;
     values[3] = (double)maps->flux_share;
-    return glbk__ism_in_range(ctx, function, ranges, values);
+    return glbk__ism_in_range(ctx, function, fields, ranges, values);
 }
 
 static void glbk__ism_make_sheet(glbk__ism_making *k, glbk_format format, uint32_t width, uint32_t height,

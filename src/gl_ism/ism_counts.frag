@@ -12,11 +12,11 @@ float ism_luminance_of(uint v)
 
 void main()
 {
-    uint count = ISM_F.vpl_count, n = glbk_ism_scattering.surfel_count;
+    uint count = ISM_F.vpl_count, n = ISM_S.surfel_count;
     uint v = ism_unfold(ivec2(gl_FragCoord.xy), ISM_F.vpl_capacity).x;
     float mean = 0.0;
     result = n;
-    if (glbk_ism_scattering.vary_surfels == 0u || v >= count) return;
+    if (ISM_S.vary_surfels == 0u || v >= count) return;
     for (uint i = 0u; i < count; i++) mean += ism_luminance_of(i);
     mean /= float(count);
     float flux = ism_luminance_of(v);

@@ -8,7 +8,7 @@ float ism_density(vec2 sizes)
     vec2 all = uintBitsToFloat(texelFetch(glbk_ism_totals, ivec2(0), 0).xy);
     float by_area = 1.0, by_solid = 0.0;
     if (all.y > 0.0) {
-        by_area = glbk_ism_scattering.area_share;
+        by_area = ISM_S.area_share;
         by_solid = (1.0 - by_area) / all.y;
     }
     return sizes.x * (by_area / max(all.x, 1e-37)) + sizes.y * by_solid;

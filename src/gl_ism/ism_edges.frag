@@ -1,7 +1,7 @@
 // Draws the table of VPLs, four texels each, from the pictures of ism_choose.frag, and finds meanwhile the edges
 // of the squares that VPLs become for receivers near by. A square has the VPL's area, but reaches no farther
 // than its neighbours are. VPLs at one place share a square of their areas' sum. The tiles' windows are added.
-// uses: ism_bindings
+// uses: ism_choice
 // with: screen.vert
 layout(location = 0) out uvec4 result;
 
@@ -13,7 +13,7 @@ vec4 ism_drawn(uint v, int k)
 float ism_edge(uint v, vec3 p, vec3 n, float area)
 {
     vec4 near2 = vec4(1e30);            // the least squared distances to others
-    for (uint i = 0u; i < glbk_ism_choosing.vpl_count; i++) {
+    for (uint i = 0u; i < ISM_C.vpl_count; i++) {
         vec4 other = ism_drawn(i, 0);
         vec3 d = other.xyz - p;
         float d2 = dot(d, d);
@@ -39,7 +39,7 @@ void main()
     else if (part == 2u) texel = vec4(ism_drawn(v, 2).xyz, 0.0);
     else texel = vec4(normal.xyz, 0.0);
     if (part == 1u && !black) texel.w = ism_edge(v, place.xyz, normal.xyz, place.w);
-    if (part == 3u && glbk_ism_choosing.windows != 0u) {
+    if (part == 3u && ISM_C.windows != 0u) {
         uint window = texelFetch(glbk_ism_windows, ivec2(v & 255u, v >> 8), 0).w;
         if (window >> 31 == 0u) texel.w = float(window & 0xffffffu);
     }

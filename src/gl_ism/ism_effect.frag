@@ -21,13 +21,13 @@ int ism_cell(float u, float count) { return int(clamp(u * count, 0.0, count - 1.
 
 float ism_effect(ism_pvpl q, uint i, uint seed)
 {
-    uint grid = glbk_ism_choosing.grid_side, count = grid * grid, rank = 0u;
-    vec2 side = vec2(float(glbk_ism_choosing.view_width), float(glbk_ism_choosing.view_height)), clip;
+    uint grid = ISM_C.grid_side, count = grid * grid, rank = 0u;
+    vec2 side = vec2(float(ISM_C.view_width), float(ISM_C.view_height)), clip;
     float r0 = 0.05 * max(side.x, side.y), reach = side.x + side.y, sum = 0.0;
     uint turn = ism_hash_combine(seed, i * 256u + 255u);
     float even = 1.0 / (side.x * side.y), share = float(count / 2u) / float(count);
     bool known = ism_to_clip(q.position, clip);
-    bool guided = glbk_ism_choosing.guided != 0u && known && side.y > 1.0 && count > 1u && r0 >= 1.0 && reach > r0;
+    bool guided = ISM_C.guided != 0u && known && side.y > 1.0 && count > 1u && r0 >= 1.0 && reach > r0;
     vec2 centre = (0.5 * clip + 0.5) * side;
     float inner = 1.0 / (1.0 + 2.0 * cohsm_log(reach / r0));        // share of the disc r < r0
     float norm = inner / (3.14159265 * r0 * r0);                    // density inside it
@@ -59,7 +59,7 @@ float ism_effect(ism_pvpl q, uint i, uint seed)
         bool seen = glbk_read_point(pixel, p);
         if (inside && seen && cohsm_finite3(p.position) && dot(p.normal, p.normal) > 0.25) {
             float e = ism_unit_flux_light(q.position, q.normal, p.position, p.normal, extent2);
-            if (glbk_ism_choosing.by_mean == 0u) e *= e;
+            if (ISM_C.by_mean == 0u) e *= e;
             sum += e * (even / density);
         }
     }
@@ -70,9 +70,9 @@ void main()
 {
     ivec2 at = ivec2(gl_FragCoord.xy);
     ism_pvpl q = ism_read_pvpl(at);
-    int height = int(glbk_ism_choosing.face_height), face = at.y / height;
-    uint i = uint(at.y - face * height) * glbk_ism_choosing.width + uint(at.x);
+    int height = int(ISM_C.face_height), face = at.y / height;
+    uint i = uint(at.y - face * height) * ISM_C.width + uint(at.x);
     float effect = 0.0;
-    if (q.luminance > 0.0) effect = ism_effect(q, i, ism_hash_combine(glbk_ism_choosing.seed, uint(face)));
+    if (q.luminance > 0.0) effect = ism_effect(q, i, ism_hash_combine(ISM_C.seed, uint(face)));
     result = floatBitsToUint(effect);
 }

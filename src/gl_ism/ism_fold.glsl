@@ -1,6 +1,7 @@
 // ism_fold - sequences of numbers that lie in pictures, the running sums of such sequences, and the cell of a
 // sequence into which a number falls.
 // uses: ism_bindings
+#define ISM_S glbk_ism_scattering       // short, since 40 places name it
 
 // Returns where number i of sequence `row` lies, if sequences have `count` numbers each: 1024 in a row of
 // texels, and sequence below sequence.

@@ -10,9 +10,9 @@ float ism_inter_texel(ivec2 texel, vec2 fraction, inout vec3 position, inout vec
     vec2 s = fraction - 0.5, from, to;
     vec3 p0 = position, n0 = normal, sum = vec3(0.0), mixed = vec3(0.0), offsets[4], normals[4];
     float weights = 0.0, shares[4], behind = 0.0, spacing = 0.0;
-    int height = int(glbk_ism_choosing.face_height), face = texel.y / height;
+    int height = int(ISM_C.face_height), face = texel.y / height;
     ivec2 lowest = ivec2(0, face * height);
-    ivec2 highest = lowest + ivec2(int(glbk_ism_choosing.width), height) - 1;
+    ivec2 highest = lowest + ivec2(int(ISM_C.width), height) - 1;
     ivec2 beside = ivec2(1);
     if (s.x < 0.0) beside.x = -1;
     if (s.y < 0.0) beside.y = -1;

@@ -11,7 +11,7 @@ struct ism_cluster {
 
 ism_cluster ism_read_cluster(uint c)
 {
-    ivec3 at = ivec3(ism_fold(c, glbk_ism_scattering.cluster_count, 0u), 0);
+    ivec3 at = ivec3(ism_fold(c, ISM_S.cluster_count, 0u), 0);
     vec4 place = uintBitsToFloat(texelFetch(glbk_ism_clusters, at, 0));
     ism_cluster k;
     k.at = place.xyz;
@@ -83,9 +83,9 @@ float ism_cluster_zoom(ism_cluster c, ism_vpl v)
 
 void main()
 {
-    uint count = glbk_ism_scattering.cluster_count;
+    uint count = ISM_S.cluster_count;
     uvec2 place = ism_unfold(ivec2(gl_FragCoord.xy), count);
-    uint v = glbk_ism_scattering.first_vpl + place.y;
+    uint v = ISM_S.first_vpl + place.y;
     float effect = 0.0;
     if (place.x < count && v < ISM_F.vpl_count) {
         ism_cluster c = ism_read_cluster(place.x);

@@ -15,16 +15,16 @@ vec2 ism_triangle_map(float u, float v)
 
 float ism_triangle_density(uint t)
 {
-    return ism_density(ism_folded2(glbk_ism_sizes, t, glbk_ism_scattering.triangle_count));
+    return ism_density(ism_folded2(glbk_ism_sizes, t, ISM_S.triangle_count));
 }
 
 // Returns a triangle of cluster c by x, which lies within the cluster's share, and makes x the probability with
 // which it is chosen in the cluster.
 uint ism_choose_triangle(uint c, float share, inout float x)
 {
-    uint first = c * glbk_ism_scattering.cluster_size, chosen = first;
-    uint end = min(first + glbk_ism_scattering.cluster_size, glbk_ism_scattering.triangle_count);
-    float all = ism_density(ism_folded2(glbk_ism_masses, c, glbk_ism_scattering.cluster_count)), sum = 0.0, width = 0.0;
+    uint first = c * ISM_S.cluster_size, chosen = first;
+    uint end = min(first + ISM_S.cluster_size, ISM_S.triangle_count);
+    float all = ism_density(ism_folded2(glbk_ism_masses, c, ISM_S.cluster_count)), sum = 0.0, width = 0.0;
     x = x / share * all;
     for (uint t = first; t < end && !(sum > x); t++) {
         float density = ism_triangle_density(t);
@@ -41,8 +41,8 @@ uint ism_choose_triangle(uint c, float share, inout float x)
 // Makes surfel number `at` of n of VPL v. row: of its shares
 uvec4 ism_point(uint v, uint row, uint at, uint n)
 {
-    uint count = glbk_ism_scattering.cluster_count, n1 = ism_blocks(count), n2 = ism_blocks(n1);
-    uint key = ism_hash_combine(glbk_ism_scattering.key, 0x9000u + v);
+    uint count = ISM_S.cluster_count, n1 = ism_blocks(count), n2 = ism_blocks(n1);
+    uint key = ism_hash_combine(ISM_S.key, 0x9000u + v);
     float all = ism_folded(glbk_ism_runs2, n2 - 1u, n2, row);
     float x = (float(at) + ism_to_unit(ism_hash_combine(key, at))) / float(n) * all;
     if (!(all > 0.0)) return uvec4(0u);
@@ -61,11 +61,11 @@ uvec4 ism_point(uint v, uint row, uint at, uint n)
 
 void main()
 {
-    uint i = glbk_ism_scattering.first_texel + (uint(gl_FragCoord.y) << 10) + uint(gl_FragCoord.x);
-    uint each = glbk_ism_scattering.phase_surfel_count, v = i / each, row = v - glbk_ism_scattering.first_vpl;
-    uint at = (i - v * each) * glbk_ism_scattering.lazy_frames + glbk_ism_scattering.phase;
-    if (v < glbk_ism_scattering.first_vpl || row >= glbk_ism_scattering.batch) discard;
-    uint n = texelFetch(glbk_ism_counts, ism_fold(v, glbk_ism_scattering.vpl_capacity, 0u), 0).x;
+    uint i = ISM_S.first_texel + (uint(gl_FragCoord.y) << 10) + uint(gl_FragCoord.x);
+    uint each = ISM_S.phase_surfel_count, v = i / each, row = v - ISM_S.first_vpl;
+    uint at = (i - v * each) * ISM_S.lazy_frames + ISM_S.phase;
+    if (v < ISM_S.first_vpl || row >= ISM_S.batch) discard;
+    uint n = texelFetch(glbk_ism_counts, ism_fold(v, ISM_S.vpl_capacity, 0u), 0).x;
     result = uvec4(0u);
-    if (at < n) result = ism_point(v, row * glbk_ism_scattering.pair, at, n);
+    if (at < n) result = ism_point(v, row * ISM_S.pair, at, n);
 }

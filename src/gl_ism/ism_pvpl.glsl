@@ -1,5 +1,5 @@
 // ism_pvpl - reads the texels of a source, which might become VPLs (pVPLs).
-// uses: cohsm_math ism_bindings
+// uses: cohsm_math ism_choice
 struct ism_pvpl {
     vec3  position, normal, flux;
     float area;
@@ -12,7 +12,7 @@ struct ism_pvpl {
 ism_pvpl ism_read_pvpl(ivec2 at)
 {
     ism_pvpl p;
-    int side = int(glbk_ism_choosing.face_height), face = at.y / side;
+    int side = int(ISM_C.face_height), face = at.y / side;
     ivec3 to = ivec3(at.x, at.y - face * side, 3 * face);
     vec4 place = uintBitsToFloat(texelFetch(glbk_ism_texels, to, 0));
     vec4 normal = uintBitsToFloat(texelFetch(glbk_ism_texels, to + ivec3(0, 0, 1), 0));
@@ -33,7 +33,7 @@ ism_pvpl ism_read_pvpl(ivec2 at)
 // Finds where a place lies in clip space. Returns false if that is at infinity, far outside, or unknown.
 bool ism_to_clip(vec3 p, out vec2 at)
 {
-    vec4 c = glbk_ism_choosing.world_to_clip * vec4(p, 1.0);
+    vec4 c = ISM_C.world_to_clip * vec4(p, 1.0);
     bool known = abs(c.w) > 1e-20;
     at = vec2(0.0);
     if (known) at = c.xy / c.w;

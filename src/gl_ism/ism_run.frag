@@ -7,7 +7,7 @@ layout(location = 0) out uvec2 result;
 
 void main()
 {
-    uint pace = glbk_ism_scattering.pace, count = glbk_ism_scattering.value_count, own = ism_blocks(count);
+    uint pace = ISM_S.pace, count = ISM_S.value_count, own = ism_blocks(count);
     if (pace != 0u) own = (count + pace - 1u) / pace;
     uvec2 place = ism_unfold(ivec2(gl_FragCoord.xy), own);
     uint k = 32u * place.x, end = min(k + 32u, count);

@@ -1,5 +1,5 @@
 // ism_search - finds the cell in which a number falls by the running sums of ism_scan.frag: inverts a CDF.
-// uses: ism_bindings
+// uses: ism_choice
 // Sums have two channels, flux times effect and flux. An importance, and a sum of some, is the first and
 // `least` times the second, so that no texel is forgotten; least is known when all is summed up.
 float ism_weight(uvec4 sums, float least)
@@ -14,7 +14,7 @@ float ism_least(uvec4 totals)
 {
     vec2 s = uintBitsToFloat(totals.xy);
     float least = 1.0;
-    if (s.x > 0.0 && s.y > 0.0) least = s.x / s.y * glbk_ism_choosing.flux_factor;
+    if (s.x > 0.0 && s.y > 0.0) least = s.x / s.y * ISM_C.flux_factor;
     return least;
 }
 

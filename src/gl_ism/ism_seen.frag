@@ -5,7 +5,7 @@ layout(location = 0) out uint result;
 
 void main()
 {
-    uint width = glbk_ism_scattering.view_width, count = width * glbk_ism_scattering.view_height;
+    uint width = ISM_S.view_width, count = width * ISM_S.view_height;
     uint i = ism_unfold(ivec2(gl_FragCoord.xy), count).x, j = min(i, count - 1u), row = j / width;
     glbk_point p;
     bool seen = glbk_read_point(ivec2(j - row * width, row), p);

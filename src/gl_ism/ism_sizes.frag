@@ -35,7 +35,7 @@ float ism_solid_angle_from(vec3 eye, ism_corners p, vec3 normal2, float area2)
 
 void main()
 {
-    uint count = glbk_ism_scattering.triangle_count, views = glbk_ism_scattering.views;
+    uint count = ISM_S.triangle_count, views = ISM_S.views;
     uint t = ism_unfold(ivec2(gl_FragCoord.xy), count).x;
     result = uvec2(0u);
     if (t >= count) return;
@@ -43,12 +43,12 @@ void main()
     vec3 normal2 = ism_normal2(p);
     float area2 = length(normal2), solid = 0.0;
     if (!(area2 > 0.0) || !cohsm_finite(area2)) return;
-    uint pixels = glbk_ism_scattering.view_width * glbk_ism_scattering.view_height, valid = 0u;
+    uint pixels = ISM_S.view_width * ISM_S.view_height, valid = 0u;
     if (views > 0u) {
         ivec2 end = textureSize(glbk_ism_runs4, 0) - 1;
         valid = uint(uintBitsToFloat(texelFetch(glbk_ism_runs4, end, 0).x));
     }
-    uint key = ism_hash_combine(glbk_ism_scattering.seed, 0x7000u + cohsm_if(views == 1u, 0u, t));
+    uint key = ism_hash_combine(ISM_S.seed, 0x7000u + cohsm_if(views == 1u, 0u, t));
     for (uint k = 0u; k < views && valid > 0u; k++) {
         uint i = ism_multiply_high(ism_hash_combine(key, k), valid);
         vec3 eye = uintBitsToFloat(texelFetch(glbk_ism_receivers, ism_fold(i, pixels, 0u), 0).xyz);

@@ -9,9 +9,9 @@ float ism_effect_at(ivec2 at) { return uintBitsToFloat(texelFetch(glbk_ism_effec
 
 float ism_blurred(ivec2 at, ism_pvpl q)
 {
-    int radius = int(glbk_ism_choosing.blur_radius), height = int(glbk_ism_choosing.face_height);
+    int radius = int(ISM_C.blur_radius), height = int(ISM_C.face_height);
     ivec2 lowest = ivec2(0, at.y / height * height);
-    ivec2 highest = lowest + ivec2(int(glbk_ism_choosing.width), height) - 1;
+    ivec2 highest = lowest + ivec2(int(ISM_C.width), height) - 1;
     ivec2 from = max(at - radius, lowest), to = min(at + radius, highest);
     float sum = 0.0, weights = 0.0;
     for (int y = from.y; y <= to.y; y++)
@@ -34,10 +34,10 @@ void main()
     ivec2 at = ivec2(gl_FragCoord.xy);
     ism_pvpl q = ism_read_pvpl(at);
     float effect = 0.0;
-    if (glbk_ism_choosing.by_effect != 0u && q.luminance > 0.0) {
-        if (glbk_ism_choosing.blur_radius == 0u) effect = ism_effect_at(at);
+    if (ISM_C.by_effect != 0u && q.luminance > 0.0) {
+        if (ISM_C.blur_radius == 0u) effect = ism_effect_at(at);
         else effect = ism_blurred(at, q);
-        if (glbk_ism_choosing.by_mean == 0u) effect = sqrt(effect);
+        if (ISM_C.by_mean == 0u) effect = sqrt(effect);
     }
     result = floatBitsToUint(vec2(q.luminance * effect, q.luminance));
 }

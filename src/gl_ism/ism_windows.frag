@@ -1,7 +1,7 @@
 // Draws the windows of the VPLs' tiles, which hold the receivers of ism_sights.frag that look at the VPL. A side stays
 // where it was in the frame before if it lies no more than two 64ths farther out than it must. Of each VPL: its
 // place; the window, in seven bits more its face, in the last bit whether the window is too wide for a rim.
-// uses: ism_map ism_bindings
+// uses: ism_map ism_choice
 // with: screen.vert
 // sets: ISM_PROJECTION=1 | ISM_PROJECTION=2
 layout(location = 0) out uvec4 result;
@@ -32,7 +32,7 @@ void main()
     need.zw = 63u - need.zw;
     uvec4 was = ism_cut(before.w);
     vec3 moved = place - uintBitsToFloat(before.xyz);
-    bool known = glbk_ism_choosing.windows == 2u && (before.w & 0x7f000000u) == face;
+    bool known = ISM_C.windows == 2u && (before.w & 0x7f000000u) == face;
     known = known && dot(moved, moved) <= facing.w * facing.w;
     uvec4 kept = uvec4(lessThanEqual(was, need)) * uvec4(greaterThanEqual(was + 2u, need));
     if (known) need += (was - need) * kept;

@@ -60,10 +60,11 @@ static glbk_result glbk__ism_create_spread(glbk_context *ctx, const glbk_ism_map
 
 GLBK_DEF glbk_result glbk_ism_spread_create(glbk_context *ctx, const glbk_ism_maps *m, glbk_ism_spread *out)
 {
+    static const char fields[] =
+        "maps->desc.spread\0" "a value of ism_spread\0"
+        "maps->desc.area_share\0" "0..1\0";
     static const glbk__ism_range ranges[] = {
-        { "maps->desc.spread", 0, ISM_SPREAD_COUNT - 1, "a value of ism_spread" },
-        { "maps->desc.area_share", 0, 1, "0..1" },
-        { NULL, 0, 0, NULL }
+        { 0, ISM_SPREAD_COUNT - 1 }, { 0, 1 }
     };
     double values[2];
     glbk_result result = glbk__enter_create(ctx, __func__, out, sizeof *out);
@@ -71,7 +72,7 @@ GLBK_DEF glbk_result glbk_ism_spread_create(glbk_context *ctx, const glbk_ism_ma
     if (result != GLBK_OK) return result;
     values[0] = (double)m->desc.spread;
     values[1] = (double)m->desc.area_share;
-    result = glbk__ism_in_range(ctx, __func__, ranges, values);
+    result = glbk__ism_in_range(ctx, __func__, fields, ranges, values);
     if (result != GLBK_OK) return result;
     result = glbk__ism_create_spread(ctx, m, out);
     if (result != GLBK_OK) glbk_ism_spread_free(ctx, out);

@@ -63,8 +63,6 @@ typedef struct glbk_file {      /* one file of GLSL, as a header holds it: strin
                                    what glbk_file_text returns */
 } glbk_file;
 
-typedef struct glbk_slot { const char *name; uint32_t slot; } glbk_slot;
-
 /* The GLSL of one header. Each header has a function that returns its own: glbk_csm_part for gl_csm.h and so
    on. Nothing is registered anywhere: a program is given the parts whose files it uses, and a linker leaves
    out the GLSL of all others. The base is the GLSL of this header, which every program has. */
@@ -72,8 +70,9 @@ typedef struct glbk_part {
     const char      *name;          /* "csm" */
     const glbk_file *files;
     uint32_t         file_count;
-    const glbk_slot *textures, *blocks;     /* each ends with an entry that has no name */
-    const glbk_slot *storage, *images;      /* likewise, or NULL = none */
+    const char      *slots;         /* which slot each name of its GLSL has, "3 glbk_csm_maps": four lists of
+                                       strings, each string ended by 0 and each list by an empty string:
+                                       textures, uniform blocks, storage buffers, images */
 } glbk_part;
 
 GLBK_DEF const glbk_file *glbk_find_file(const glbk_part *part, const char *name);

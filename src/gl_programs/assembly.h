@@ -215,8 +215,8 @@ static int glbk__append_defines(glbk__sink *sink, const char *defines)
 GLBK_DEF size_t glbk_write_glsl(glbk_dialect dialect, int float_bits, const glbk_shader *shader, char *out,
                                 size_t bytes)
 {
-    static const char *const versions[] = { "#version 330 core\n", "#version 330 core\n", "#version 300 es\n",
-                                            "#version 430 core\n" };
+    static const char versions[][19] = { "#version 330 core\n", "#version 330 core\n", "#version 300 es\n",
+                                         "#version 430 core\n" };
     const glbk_file *main_file;
     glbk__list list;
     glbk__sink sink;

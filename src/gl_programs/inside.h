@@ -3,24 +3,27 @@
    Their implementations may stand in other files than this header's, hence no static functions: GLBK__DEF is
    GLBK_DEF for them. */
 
-#define GLBK__TEXTURE_ENTRY(type, name, slot) { #name, slot },
-#define GLBK__BLOCK_ENTRY(name, slot, members) { #name "_block", slot },
-#define GLBK__STORAGE_ENTRY(qualifiers, type, name, slot) { #name "_storage", slot },
-#define GLBK__IMAGE_ENTRY(qualifiers, format, type, name, slot) { #name, slot },
+/* GLBK__TIGHT stands behind the name of a file of GLSL: gcc would begin each at a multiple of 32 bytes. */
+#if defined(__GNUC__) && !defined(__TINYC__)
+#define GLBK__TIGHT __attribute__((aligned(1)))
+#else
+#define GLBK__TIGHT
+#endif
+
+/* Lists of slots as glbk_part has them. */
+#define GLBK__TEXTURE_ENTRY(type, name, slot) #slot " " #name "\0"
+#define GLBK__BLOCK_ENTRY(name, slot, members) #slot " " #name "_block\0"
+#define GLBK__STORAGE_ENTRY(qualifiers, type, name, slot) #slot " " #name "_storage\0"
+#define GLBK__IMAGE_ENTRY(qualifiers, format, type, name, slot) #slot " " #name "\0"
 #define GLBK__LISTS_CODE(part, PART)                                                               \
-    static const glbk_slot glbk__##part##_units[] = {                                              \
-        GLBK_##PART##_TEXTURES(GLBK__TEXTURE_ENTRY) { NULL, 0 } };                                 \
-    static const glbk_slot glbk__##part##_bindings[] = {                                           \
-        GLBK_##PART##_BLOCKS(GLBK__BLOCK_ENTRY) { NULL, 0 } };                                     \
-    static const glbk_slot glbk__##part##_storage[] = {                                            \
-        GLBK_##PART##_STORAGE(GLBK__STORAGE_ENTRY) { NULL, 0 } };                                  \
-    static const glbk_slot glbk__##part##_images[] = {                                             \
-        GLBK_##PART##_IMAGES(GLBK__IMAGE_ENTRY) { NULL, 0 } };
+    static const char glbk__##part##_slots[] =                                                     \
+        GLBK_##PART##_TEXTURES(GLBK__TEXTURE_ENTRY) "\0" GLBK_##PART##_BLOCKS(GLBK__BLOCK_ENTRY)   \
+        "\0" GLBK_##PART##_STORAGE(GLBK__STORAGE_ENTRY) "\0"                                       \
+        GLBK_##PART##_IMAGES(GLBK__IMAGE_ENTRY) "\0";
 #define GLBK__PART_DATA(part)                                                                      \
     static const glbk_part glbk__##part##_part = {                                                 \
         #part, glbk__##part##_files, sizeof glbk__##part##_files / sizeof glbk__##part##_files[0], \
-        glbk__##part##_units, glbk__##part##_bindings,                                             \
-        glbk__##part##_storage, glbk__##part##_images                                              \
+        glbk__##part##_slots                                                                       \
     };
 #define GLBK__PART_CODE(part, PART)                                                                \
     GLBK__LISTS_CODE(part, PART)                                                                   \

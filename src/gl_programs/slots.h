@@ -13,16 +13,35 @@ GLBK__DEF glbk_offset glbk__offset(const glbk_offset *offset)
     return offset ? *offset : none;
 }
 
-static const glbk_slot glbk__user_slots[] = {
-    { "glbk_user0", GLBK_SLOT_glbk_user0 }, { "glbk_user1", GLBK_SLOT_glbk_user1 },
-    { "glbk_user2", GLBK_SLOT_glbk_user2 }, { "glbk_user3", GLBK_SLOT_glbk_user3 }, { NULL, 0 }
-};
+/* The list of a user's own samplers: GLBK_SLOT_glbk_user0 to GLBK_SLOT_glbk_user3. */
+static const char glbk__user_slots[] = "12 glbk_user0\0" "13 glbk_user1\0" "14 glbk_user2\0"
+                                       "15 glbk_user3\0";
 
 /* ---- places: which name has which unit or binding ---- */
 
 /* The kinds of places. Slots of units and blocks count from the context's first ones on and move with a
    part's offset; GLSL says the numbers of the others. */
 enum { GLBK__PLACE_UNIT, GLBK__PLACE_BLOCK, GLBK__PLACE_STORAGE, GLBK__PLACE_IMAGE, GLBK__PLACE_COUNT };
+
+/* Returns a part's list of the slots of one kind of places. */
+static const char *glbk__slots_of(const glbk_part *part, int kind)
+{
+    const char *s = part->slots;
+    for (; kind; kind--, s++)
+        while (*s) s += strlen(s) + 1;
+    return s;
+}
+
+/* Moves *list, of strings such as "3 glbk_csm_maps", behind its first string, and writes the slot that this
+   one has. Returns the name in it, NULL at the end of the list. */
+static const char *glbk__next_slot(const char **list, uint32_t *slot)
+{
+    const char *s = *list;
+    if (!*s) return NULL;
+    for (*slot = 0; *s != ' '; s++) *slot = 10 * *slot + (uint32_t)(*s - '0');
+    *list = s + strlen(s) + 1;
+    return s + 1;
+}
 
 /* The names that hold the places of a program, of those that it declares. */
 typedef struct glbk__holders {
@@ -58,9 +77,8 @@ static int glbk__declares(const glbk_context *ctx, uint32_t gl_program, const ch
 static glbk_result glbk__refuse_place(const glbk_context *ctx, const glbk__holders *h, const char *first,
                                       const char *second, uint32_t place, int kind)
 {
-    static const char *const texts[] = { " both have texture unit ",
-                                         " both have the binding of uniform blocks ",
-                                         " both have storage buffer ", " both have image " };
+    static const char texts[][42] = { " both have texture unit ", " both have the binding of uniform blocks ",
+                                      " both have storage buffer ", " both have image " };
     char line[GLBK__LINE_ROOM];
     glbk__sink sink;
     glbk__begin_line(&sink, line);
@@ -74,20 +92,21 @@ static glbk_result glbk__refuse_place(const glbk_context *ctx, const glbk__holde
 }
 
 /* Gives the declared names of one list their places, which are moved by `offset`. */
-static glbk_result glbk__take_places(const glbk_context *ctx, const glbk_slot *s, uint32_t offset, int kind,
+static glbk_result glbk__take_places(const glbk_context *ctx, const char *list, uint32_t offset, int kind,
                                      glbk__holders *h)
 {
     const uint32_t count = glbk__place_count(ctx, kind);
-    const char **names = h->names[kind];
-    for (; s && s->name; s++) {
-        if (!glbk__declares(ctx, h->gl_program, s->name, kind)) continue;
-        if (offset >= count || s->slot >= count - offset)
-            return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, h->function, s->name, (double)offset + s->slot, 0,
+    const char **names = h->names[kind], *name;
+    uint32_t slot;
+    while ((name = glbk__next_slot(&list, &slot)) != NULL) {
+        if (!glbk__declares(ctx, h->gl_program, name, kind)) continue;
+        if (offset >= count || slot >= count - offset)
+            return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, h->function, name, (double)offset + slot, 0,
                                       (double)count - 1);
-        if (names[offset + s->slot])
-            return glbk__refuse_place(ctx, h, names[offset + s->slot], s->name,
-                                      glbk__first_place(ctx, kind) + offset + s->slot, kind);
-        names[offset + s->slot] = s->name;
+        if (names[offset + slot])
+            return glbk__refuse_place(ctx, h, names[offset + slot], name,
+                                      glbk__first_place(ctx, kind) + offset + slot, kind);
+        names[offset + slot] = name;
     }
     return GLBK_OK;
 }
@@ -96,11 +115,14 @@ static glbk_result glbk__take_part(const glbk_context *ctx, const glbk_part *par
                                    glbk__holders *h)
 {
     const glbk_offset at = glbk__offset(offset);
-    glbk_result result = glbk__take_places(ctx, part->textures, at.unit, GLBK__PLACE_UNIT, h);
-    if (result == GLBK_OK) result = glbk__take_places(ctx, part->blocks, at.block, GLBK__PLACE_BLOCK, h);
-    if (result != GLBK_OK || !ctx->compute) return result;
-    result = glbk__take_places(ctx, part->storage, 0, GLBK__PLACE_STORAGE, h);
-    return result == GLBK_OK ? glbk__take_places(ctx, part->images, 0, GLBK__PLACE_IMAGE, h) : result;
+    const int kinds = ctx->compute ? GLBK__PLACE_COUNT : GLBK__PLACE_STORAGE;
+    glbk_result result = GLBK_OK;
+    int kind;
+    for (kind = 0; kind < kinds && result == GLBK_OK; kind++) {
+        const uint32_t first = kind == GLBK__PLACE_UNIT ? at.unit : kind == GLBK__PLACE_BLOCK ? at.block : 0;
+        result = glbk__take_places(ctx, glbk__slots_of(part, kind), first, kind, h);
+    }
+    return result;
 }
 
 /* Gives the names that every program may declare their places: the base's, and samplers of the user's. */
@@ -130,11 +152,13 @@ static glbk_result glbk__check_places(const glbk_context *ctx, const char *funct
 
 /* ---- setting slots ---- */
 
-static void glbk__set_units(const glbk_context *ctx, const glbk_slot *s, uint32_t offset, uint32_t gl_program)
+static void glbk__set_units(const glbk_context *ctx, const char *list, uint32_t offset, uint32_t gl_program)
 {
-    for (; s->name; s++) {
-        int32_t location = ctx->gl.GetUniformLocation(gl_program, s->name);
-        if (location >= 0) ctx->gl.Uniform1i(location, (int32_t)(ctx->first_unit + offset + s->slot));
+    const char *name;
+    uint32_t slot;
+    while ((name = glbk__next_slot(&list, &slot)) != NULL) {
+        const int32_t location = ctx->gl.GetUniformLocation(gl_program, name);
+        if (location >= 0) ctx->gl.Uniform1i(location, (int32_t)(ctx->first_unit + offset + slot));
     }
 }
 
@@ -142,12 +166,13 @@ static void glbk__set_part_slots(const glbk_context *ctx, const glbk_part *part,
                                  uint32_t gl_program)
 {
     const glbk_offset at = glbk__offset(offset);
-    const glbk_slot *s;
-    glbk__set_units(ctx, part->textures, at.unit, gl_program);
-    for (s = part->blocks; s->name; s++) {
-        uint32_t index = ctx->gl.GetUniformBlockIndex(gl_program, s->name);
+    const char *blocks = glbk__slots_of(part, GLBK__PLACE_BLOCK), *name;
+    uint32_t slot;
+    glbk__set_units(ctx, glbk__slots_of(part, GLBK__PLACE_UNIT), at.unit, gl_program);
+    while ((name = glbk__next_slot(&blocks, &slot)) != NULL) {
+        const uint32_t index = ctx->gl.GetUniformBlockIndex(gl_program, name);
         if (index != GLBK__INVALID_INDEX)
-            ctx->gl.UniformBlockBinding(gl_program, index, ctx->first_block + at.block + s->slot);
+            ctx->gl.UniformBlockBinding(gl_program, index, ctx->first_block + at.block + slot);
     }
 }
 

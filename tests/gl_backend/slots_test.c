@@ -25,12 +25,8 @@
     "float two() { return texelFetch(glbk_two_map, ivec2(0), 0).r * glbk_two_values.scale.x; }\n\0"
 static const glbk_file one_files[] = { { "lib/one.glsl\0\0\0\0\0" ONE_TEXT } };
 static const glbk_file two_files[] = { { "lib/two.glsl\0\0\0\0\0" TWO_TEXT } };
-static const glbk_slot one_maps[] = { { "glbk_one_map", 3 }, { NULL, 0 } };
-static const glbk_slot two_maps[] = { { "glbk_two_map", 3 }, { NULL, 0 } };
-static const glbk_slot one_blocks[] = { { "glbk_one_values_block", 2 }, { NULL, 0 } };
-static const glbk_slot two_blocks[] = { { "glbk_two_values_block", 2 }, { NULL, 0 } };
-static const glbk_part part_one = { "one", one_files, 1, one_maps, one_blocks, NULL, NULL };
-static const glbk_part part_two = { "two", two_files, 1, two_maps, two_blocks, NULL, NULL };
+static const glbk_part part_one = { "one", one_files, 1, "3 glbk_one_map\0\0" "2 glbk_one_values_block\0\0\0" };
+static const glbk_part part_two = { "two", two_files, 1, "3 glbk_two_map\0\0" "2 glbk_two_values_block\0\0\0" };
 
 static const char both[] = "layout(location = 0) out vec4 color;\n"
                            "void main() { color = vec4(one(), two(), 0.0, 1.0); }\n";
@@ -288,12 +284,8 @@ static void set_slots_refuses_parts_that_meet(void **state)
 static void set_slots_tells_a_unit_0_that_was_set_from_the_default(void **state)
 {
     GL_TEST(t, state)
-    static const glbk_slot first_map[] = { { "glbk_one_map", 0 }, { NULL, 0 } };
-    static const glbk_slot first_block[] = { { "glbk_one_values_block", 0 }, { NULL, 0 } };
-    static const glbk_slot second_map[] = { { "glbk_two_map", 0 }, { NULL, 0 } };
-    static const glbk_slot second_block[] = { { "glbk_two_values_block", 0 }, { NULL, 0 } };
-    static const glbk_part first = { "one", one_files, 1, first_map, first_block, NULL, NULL };
-    static const glbk_part second = { "two", two_files, 1, second_map, second_block, NULL, NULL };
+    static const glbk_part first = { "one", one_files, 1, "0 glbk_one_map\0\0" "0 glbk_one_values_block\0\0\0" };
+    static const glbk_part second = { "two", two_files, 1, "0 glbk_two_map\0\0" "0 glbk_two_values_block\0\0\0" };
     const glbk_offset units = { 1, 0 }, apart = { 1, 1 };
     int swapped;
     for (swapped = 0; swapped < 2; swapped++) {
@@ -376,13 +368,8 @@ static void storage_and_images_that_meet_are_named(void **state)
         { "lib/one_image.glsl\0\0\0\0\0" "layout(r32ui, binding = 2) uniform highp uimage2D glbk_one_image;\n\0" },
         { "lib/two_image.glsl\0\0\0\0\0" "layout(r32ui, binding = 2) uniform highp uimage2D glbk_two_image;\n\0" }
     };
-    static const glbk_slot none[] = { { NULL, 0 } };
-    static const glbk_slot storage[2][2] = { { { "glbk_one_words_storage", 1 }, { NULL, 0 } },
-                                             { { "glbk_two_words_storage", 1 }, { NULL, 0 } } };
-    static const glbk_slot images[2][2] = { { { "glbk_one_image", 2 }, { NULL, 0 } },
-                                            { { "glbk_two_image", 2 }, { NULL, 0 } } };
-    static const glbk_part one = { "one", files, 4, none, none, storage[0], images[0] };
-    static const glbk_part two = { "two", files, 4, none, none, storage[1], images[1] };
+    static const glbk_part one = { "one", files, 4, "\0\0" "1 glbk_one_words_storage\0\0" "2 glbk_one_image\0" };
+    static const glbk_part two = { "two", files, 4, "\0\0" "1 glbk_two_words_storage\0\0" "2 glbk_two_image\0" };
     glbk_source s;
     glbk_program program;
     if (!t->gl.compute) return;

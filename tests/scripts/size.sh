@@ -1,9 +1,9 @@
 #!/bin/sh
-# size HEADER... - what a program carries that needs only one technique on the GPU: it calls every public function of one
-# gl_*.h, of gl_backend.h and gl_programs.h, their GLSL included, is linked with the implementations of all headers by -Os
-# and --gc-sections, and stripped. The difference to an empty program must stay below 150,000 bytes, with what the header
-# calls of its technique's, and of gl_gbuffer.h (which has a line of its own with all that it can). Programs of gl_ism.h
-# are of two kinds: lists of ism.h are uploaded, or the GPU chooses VPLs and surfels itself. Each has a line.
+# size HEADER... - what a program carries that needs only one technique on the GPU: every public function of one gl_*.h, of
+# gl_backend.h and gl_programs.h, their GLSL included, is linked with the implementations of all headers by -Os and
+# --gc-sections, and stripped. The difference to an empty program must stay below 150,000 bytes, with what the header calls
+# of its technique's, and of gl_gbuffer.h (which has a line of its own with all that it can). The linker is told the names
+# (-u) in place of a program that has their addresses, since a table of these takes 32 bytes a name, which no header does.
 CC=${CC:-gcc}
 limit=150000
 dir=$(mktemp -d) || exit 1
@@ -33,31 +33,21 @@ for header in "$@"; do
 done
 for header in "$@"; do
     case $header in gl_backend/gl_backend.h) continue ;; gl_backend/*) ;; *) continue ;; esac
-    case $header in gl_backend/gl_ism.h) kinds='uploading choosing' ;; *) kinds=whole ;; esac
-    for kind in $kinds; do
-        case $kind in
-        whole) what='' drop=none ;;
-        uploading) what=', lists of ism.h' drop='ch.*\|spread.*\|scatter\|bounce.*' ;;
-        choosing) what=', VPLs and surfels chosen by the GPU' drop='\(vpls\|surfels\|near_points\)_upload' ;;
-        esac
-        {
-            printf '#include "%s"\ntypedef void (*call)(void);\nstatic const call calls[] = {\n' "$header"
-            # shellcheck disable=SC2046
-            sed -n 's/^GLBK_DEF [^(]*[ *]\(glbk_[a-z0-9_]*\)(.*/\1/p' $(below "$header" | grep -v gl_gbuffer) "$header" | grep -v __ | sort -u |
-                grep -vx "glbk_ism_\($drop\)" | sed 's/.*/    (call)&,/'
-            printf '};\nint main(int argc, char **argv)\n{\n    (void)argv;\n    calls[argc]();\n    return 0;\n}\n'
-        } > "$dir/program.c"
-        # shellcheck disable=SC2086
-        $CC $flags "$dir/program.c" $objects -Wl,--gc-sections -lm -o "$dir/program" || exit 1
-        # Of other techniques nothing is left: no symbol, no GLSL.
-        wanted=$(sed -n 's/^units //p' $(grep -lx "header $header" src/*/parts.txt))
-        strange=$(nm "$dir/program" | sed -n 's/.* \(glbk__\{0,1\}[a-z]*_\).*/\1/p' | sort -u |
-            grep -x 'glbk__\{0,1\}\(csm\|sfield\|envsh\|rsm\|ism\)_' | grep -vx "glbk__\{0,1\}${wanted#glbk_}_")
-        strip "$dir/program"
-        bytes=$(($(wc -c < "$dir/program") - empty))
-        echo "check-size: $header$what: $bytes bytes"
-        [ -z "$strange" ] || { echo "check-size: FAILED: $header links" $strange; failed=1; }
-        [ "$bytes" -lt $limit ] || { echo "check-size: FAILED: $header$what: more than $limit bytes"; failed=1; }
-    done
+    # shellcheck disable=SC2046
+    names=$(sed -n 's/^GLBK_DEF [^(]*[ *]\(glbk_[a-z0-9_]*\)(.*/\1/p' $(below "$header" | grep -v gl_gbuffer) "$header" |
+        grep -v __ | sort -u | sed 's/^/-Wl,-u,/')
+    # shellcheck disable=SC2086
+    echo 'int main(void) { return 0; }' | $CC -x c - -x none $objects $names -Wl,--gc-sections -lm -o "$dir/program" || exit 1
+    # Of other techniques nothing is left: no symbol, no GLSL; of this one every function is there.
+    wanted=$(sed -n 's/^units //p' $(grep -lx "header $header" src/*/parts.txt))
+    strange=$(nm "$dir/program" | sed -n 's/.* \(glbk__\{0,1\}[a-z]*_\).*/\1/p' | sort -u |
+        grep -x 'glbk__\{0,1\}\(csm\|sfield\|envsh\|rsm\|ism\)_' | grep -vx "glbk__\{0,1\}${wanted#glbk_}_")
+    missing=$(nm "$dir/program" | sed -n 's/.* T /-Wl,-u,/p' > "$dir/linked"; echo "$names" | grep -vxF -f "$dir/linked")
+    strip "$dir/program"
+    bytes=$(($(wc -c < "$dir/program") - empty))
+    echo "check-size: $header: $bytes bytes"
+    [ -z "$strange" ] || { echo "check-size: FAILED: $header links" $strange; failed=1; }
+    [ -z "$missing" ] || { echo "check-size: FAILED: $header leaves out" $missing; failed=1; }
+    [ "$bytes" -lt $limit ] || { echo "check-size: FAILED: $header: more than $limit bytes"; failed=1; }
 done
 exit $failed

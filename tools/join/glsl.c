@@ -441,7 +441,7 @@ static void put_strings(text *out, const files *all, const file *f)
     put_member(out, count, length);
     put(out, " char end; } ");
     put_identifier(out, f);
-    put(out, " = {\n    ");
+    put(out, " GLBK__TIGHT = {\n    ");
     append(out, facts.data, facts.size);
     put(out, ",\n    ");
     append(out, strings.data, strings.size);
