@@ -12,7 +12,8 @@
 
    What it does not do
 
-   - Objects are rigid, and light does not bounce. Points are shaded: your vertices, probes or pixels.
+   - Objects are rigid. Light bounces once, from body to body, if you ask for it. Points are shaded: your
+     vertices, probes or pixels.
    - Four bands of harmonics blur everything finer than about 45 degrees; small lights need wavelets.
    - The header renders no pictures, opens no files and starts no threads.
 
@@ -111,6 +112,7 @@
      section 3.1  S_d, the environment, and its rotation         sfield_scene_environment,
                                                                  sfield_scene_turn                    T11 T12
      section 3.1  O_p, what an object hides from its own points  sfield_build_self                    -
+     section 3.1  sampling densities by a level of error         sfield_place                         -
      section 3.2  incident radiance, from far to near            sfield_incident                      T78
      section 3.2  spheres of lights and objects do not overlap   sfield_scene_desc (strict)           T80
      section 3.3  concentric shells from 0.2 r to 8 r or 20 r    sfield_desc (inner, outer)           T74
@@ -130,6 +132,7 @@
      section 5    lights that are videos, by key frames          sfield_desc (frame_count),
                                                                  sfield_entity                        -
      section 6    few vertices shaded, the others interpolated   sfield_sparse, sfield_spread         -
+     section 6    radiance from interreflections                 sfield_bounce_create                 -
 
    T.. are rows of docs/conformance.md. Where there is a -, tests/shadowfield/ has tests without a row.
 
@@ -416,6 +419,9 @@ typedef struct sfield_desc {        /* zero it, then set what you care about */
                                        0.001..1000; 0 = 0.2 */
     float          outer;           /* radius of the last shell, in the same unit, 1.1 inner..1000; 0 = 8
                                        (wavelets 20). Neighbouring shells must be 0.02 % apart at least */
+    const float   *radii;           /* shell_count radii in place of those from inner to outer, which are not
+                                       used then: rising by 0.02 % at least, 0.001..1000. sfield_place
+                                       chooses such. NULL = as spacing says */
     float          keep;            /* of wavelets: the share of a cube's coefficients that is kept at most,
                                        0..1; 0 = 0.01 */
     float          window;          /* of harmonics: the strength of sfield_sh_window for every cube, 0..1e6;
@@ -472,6 +478,10 @@ typedef enum sfield_emitter_kind {  /* the shape of an analytic light */
     SFIELD_EMITTER_DISC,            /* a disc of `radius` about the centre, which shines along `normal` */
     SFIELD_EMITTER_RECTANGLE,       /* a rectangle about the centre with the half axes u and v, which shines
                                        along u x v */
+    SFIELD_EMITTER_LINE,            /* a line about the centre, from -u to u, of no width. Its radiance is in
+                                       W/(sr m): that of a thin tube times the diameter of the tube */
+    SFIELD_EMITTER_CYLINDER,        /* a lamp tube: the side of a cylinder of `radius` about the centre, from
+                                       -u to u. Its ends are open, and its inside is dark */
     SFIELD_EMITTER_CALLBACK,        /* whatever view_fn says. Directions that miss the bounding sphere are not
                                        asked */
     SFIELD_EMITTER_COUNT
@@ -479,12 +489,13 @@ typedef enum sfield_emitter_kind {  /* the shape of an analytic light */
 
 typedef struct sfield_emitter {     /* an analytic light in the field's space, about desc.center */
     sfield_emitter_kind kind;
-    float radius;                   /* of a sphere or disc, 1e-17..1e17 */
-    float normal[3];                /* of a disc, unit; a sphere may have one, or 0 0 0 */
-    float u[3], v[3];               /* of a rectangle, any length; half a diagonal is 1e-17..1e17 */
-    float radiance[3];              /* r, g, b, 0..1e18 W/(sr m^2) */
+    float radius;                   /* of a sphere, disc or cylinder, 1e-17..1e17 */
+    float normal[3];                /* of a disc, unit; the others but rectangles may have one, or 0 0 0 */
+    float u[3], v[3];               /* of a rectangle, any length; half a diagonal is 1e-17..1e17. u alone of
+                                       a line or cylinder, whose bounding sphere has a radius in that range */
+    float radiance[3];              /* r, g, b, 0..1e18 W/(sr m^2); of a line, W/(sr m) */
     float cone_half_angle;          /* the light leaves within this angle about the normal, 0..pi; 0 = pi / 2.
-                                       A sphere without a normal shines everywhere */
+                                       What may have a normal and has none shines everywhere */
     sfield_view_fn view_fn;         /* of SFIELD_EMITTER_CALLBACK */
     void *user;                     /* given to view_fn */
 } sfield_emitter;
@@ -541,6 +552,30 @@ SFIELD_DEF sfield_result sfield_build_self(const sfield_desc *desc, const sfield
    offset   0..1e18, in units of the mesh; a thousandth of its size keeps a point from seeing its own triangle
    Errors   as sfield_build; SFIELD_ERR_ARGUMENT also for a stride, no points or the offset; SFIELD_ERR_INPUT
             also for positions out of range and normals that are not unit */
+
+typedef struct sfield_placement {   /* where the sample points of a field are to lie */
+    uint32_t shell_count;           /* for desc.shell_count */
+    float    radii[64];             /* for desc.radii, shell_count of them */
+    uint32_t position_side;         /* for desc.position_side */
+    float    between;               /* the greatest error that was measured between shells ... */
+    float    across;                /* ... and between the points of a shell */
+} sfield_placement;
+
+SFIELD_DEF sfield_result sfield_place(const sfield_desc *desc, const sfield_mesh *mesh,
+                                      const sfield_emitter *emitter, float bound, sfield_placement *out);
+/* Chooses the sample points of a field by the error of interpolation that it measures: what queries would
+   interpolate beside what is seen, from 26 directions at 129 distances, and in 24 squares of each shell. Give
+   the same desc with these values to sfield_build or sfield_build_emitter.
+   desc     as for the build, NULL = all defaults. Shells lie from inner to outer. shell_count is the most
+            that may be used (0: 64 with a bound), and a position_side that is not 0 is kept
+   mesh     of an occlusion field, or NULL; one of mesh and emitter is given
+   bound    0..1, of the sum of both errors, half of it for each. They are RMS over all directions, at the
+            worst distance: of visibility, or of a source's radiance divided by the RMS of that. 0 = no bound:
+            desc.shell_count shells (0: as for a build) are placed so that they err least
+   Errors   as sfield_build; SFIELD_ERR_ARGUMENT also for the bound, SFIELD_ERR_LIMIT also if the bound needs
+            more shells or points than there may be
+   Cost     3,354 views, and 120 for each shell and each position_side that is tried. Memory: as a build, and
+            0.3 MB (harmonics of 4 bands) to 16 MB */
 
 SFIELD_DEF sfield_result sfield_merge(const sfield_field *const *shards, size_t count,
                                       const sfield_system *system, sfield_field **out);
@@ -666,6 +701,10 @@ typedef struct sfield_scene_stats { /* what sfield_shade counted */
     uint64_t lights;                /* dot products of a point's T with a light */
     uint64_t reused;                /* those of `lights` whose T came from the cache */
     uint32_t overlaps;              /* pairs of a light and an object whose bounding spheres overlap */
+    uint32_t rooms;                 /* those of them whose light lies in the object's convex hull, by its
+                                       field: the object is taken for a convex room, which hides the light
+                                       from no point in the hull, and may from all others. In a hollow that is
+                                       not convex light goes through corners. None of logarithms */
 } sfield_scene_stats;
 
 SFIELD_DEF sfield_result sfield_scene_turn(sfield_scene *scene, const float to_world[16]);
@@ -932,6 +971,49 @@ SFIELD_DEF size_t sfield_sh_brdf(uint32_t bands, const sfield_system *system, fl
             order m >= 0, band by band. NULL = nothing is written
    Returns  how many floats the table has, 6,912 times bands (bands + 1) / 2; 0 for other bands
    Cost     0.2 s (4 bands) to 0.5 s (8) of one core */
+
+/* ==== src/shadowfield/api_bounces.h ==== */
+
+/* ---- one interreflection between bodies ---- */
+
+#ifndef SFIELD_WITHOUT_BUILD
+typedef struct sfield_bounce sfield_bounce;     /* what a diffuse body sends on of the light that it gets */
+
+SFIELD_DEF sfield_result sfield_bounce_create(const sfield_desc *desc, const sfield_mesh *mesh,
+                                              const float *albedo, uint32_t patch_count, sfield_bounce **out);
+/* Cuts the surface of a body into patches and builds a source field of each, once for each body. Then, in
+   each frame: shade the points of all bodies, give each body its results (sfield_bounce_light), let its
+   entity have the source (sfield_bounce_source, tint 1 1 1), and shade what is to be seen. If the entities
+   had the sources of the last frame when the points were shaded, each frame adds a bounce.
+   desc         as for the body's occlusion field; harmonics, of visibility. Eight shells of 8 x 8 points a
+                side do: what bodies send on is soft
+   mesh         the body. Light leaves the side from which corners are counter-clockwise. A triangle belongs
+                to one patch: what is large has to be cut
+   albedo       r, g, b of each triangle, 0..1
+   patch_count  1..192; 0 = 24. There may be fewer, if triangles are few
+   Errors       as sfield_build_emissive; SFIELD_ERR_ARGUMENT also for patch_count and NULL, SFIELD_ERR_INPUT
+                for an albedo, SFIELD_ERR_DESC also for wavelets and logarithms
+   Cost         a source field for every three patches, in time and memory: for each patch shells x
+                6 side^2 x bands^2 bytes */
+
+SFIELD_DEF void sfield_bounce_free(sfield_bounce *bounce);
+/* Takes back a body's patches and their source. Accepts NULL. */
+
+SFIELD_DEF void sfield_bounce_points(const sfield_bounce *bounce, sfield_points *out);
+/* Writes the receivers at which light has to be known, four a patch: count, positions and normals in the
+   space of the body; all else is 0. Set `entity` and `rgb`, and `self` for a body that hides something of
+   itself. If bounce or out is NULL, nothing is written. */
+
+SFIELD_DEF sfield_result sfield_bounce_light(sfield_bounce *bounce, const float *rgb);
+/* Makes the source of the body from the light that it gets.
+   rgb      results of sfield_shade for the points, 3 floats each; what is negative or not finite counts as 0
+   Errors   SFIELD_ERR_ARGUMENT (NULL)
+   Cost     for each patch about that of copying its part of the field */
+
+SFIELD_DEF const sfield_field *sfield_bounce_source(const sfield_bounce *bounce);
+/* Returns the source field, dark before sfield_bounce_light, which rewrites the same field; NULL for NULL.
+   Call sfield_scene_entities afterwards, so that caches notice. */
+#endif
 
 /* ==== src/shadowfield/begin.h ==== */
 
@@ -1305,6 +1387,12 @@ static inline uint32_t sfield__to_bits(float x)
     return bits;
 }
 
+/* Returns |x| with the sign bit of s; s = -0 counts as negative. */
+static inline float sfield__copysign(float x, float s)
+{
+    return sfield__from_bits((sfield__to_bits(x) & 0x7fffffffu) | (sfield__to_bits(s) & 0x80000000u));
+}
+
 /* Writes sine and cosine of |x| <= 8192 with an absolute error of 1e-7. As in Cody and Waite, pi/2 has three
    parts, of which the first two times k are exact for |k| < 2^13. */
 static inline void sfield__sincos(float x, float *sine, float *cosine)
@@ -1325,6 +1413,24 @@ static inline void sfield__sincos(float x, float *sine, float *cosine)
     b = k & 1 ? s : c;
     *sine = k & 2 ? -a : a;
     *cosine = (k + 1) & 2 ? -b : b;
+}
+
+/* Returns asin of 0 <= x <= 0.5, with z = x * x. The functions made of it have an absolute error of 3e-7. */
+static inline float sfield__asin_core(float x, float z)
+{
+    return x + x * z * (0.1666675393f + z * (0.07495241769f + z * (0.04547709903f + z * (0.02414760004f +
+                        z * 0.04221856856f))));
+}
+
+static inline float sfield__asin(float x)
+{
+    float a = fabsf(x), h, s, p;
+    a = a < 1.0f ? a : 1.0f;
+    h = 0.5f * (1.0f - a);
+    s = sqrtf(h);
+    s = a > 0.5f ? s : a;
+    p = sfield__asin_core(s, a > 0.5f ? h : a * a);
+    return sfield__copysign(a > 0.5f ? 1.57079633f - 2.0f * p : p, x);
 }
 
 /* Returns exp(x) as 2^k (1 + r + r^2 p(r)) with |r| <= ln 2 / 2, in double, so that exp, log and pow err by
@@ -4029,6 +4135,9 @@ static int sfield__check_kind(const sfield__logger *log, const sfield_desc *d, s
         if (!sfield__check_value(log, sfield__in(d->center[i], -1e18f, 1e18f), centers[i],
                                  (double)d->center[i], "-1e18..1e18"))
             return 0;
+    if (!sfield__check_value(log, !d->radii || d->shell_count, "desc.shell_count", 0,
+                             "2..64 with desc.radii"))
+        return 0;
     return sfield__check_value(log, d->radius == 0 || sfield__in(d->radius, 1e-18f, 1e18f), "desc.radius",
                                (double)d->radius, "0 or 1e-18..1e18") &&
            sfield__check_value(log, kind == SFIELD__KIND_OCCLUSION || !d->logarithm, "desc.logarithm",
@@ -4058,6 +4167,15 @@ static int sfield__set_radii(sfield__build *b)
         !sfield__check_value(&b->log, sfield__in(outer, d->inner * 1.1f, 1000), "desc.outer", (double)outer,
                       "0 or 1.1 inner..1000"))
         return 0;
+    for (i = 0; i < b->h.shells && d->radii; i++) {
+        b->radii[i] = d->radii[i];
+        if (!sfield__in(d->radii[i], 1e-3f, 1000) || (i && !(d->radii[i] > d->radii[i - 1] * 1.0002f))) {
+            sfield__log_element(&b->log, "desc.radii", i, "is", (double)d->radii[i],
+                                "0.001..1000 and 0.02 % above the one before");
+            return 0;
+        }
+    }
+    if (d->radii) return 1;
     for (i = 0; i < b->h.shells; i++) {
         float t = (float)i / (float)(b->h.shells - 1), ratio = outer / d->inner;
         b->radii[i] = b->h.spacing == SFIELD_SPACING_UNIFORM ? d->inner + t * (outer - d->inner)
@@ -4125,6 +4243,154 @@ static sfield_result sfield__read_desc(sfield__build *b, const sfield_desc *desc
     return SFIELD_OK;
 }
 
+/* ==== src/shadowfield/build_tubes.h ==== */
+
+/* ---- building: what lines and cylinders radiate ---- */
+
+/* A tube, a line or the side of a cylinder, as an eye sees it, in r. */
+typedef struct sfield__tube {
+    sfield__v3 axis, toward, across; /* unit: along the tube; from the eye to its axis by the shortest way;
+                                        the cross product of both */
+    float length, size;             /* half its length; the radius of a cylinder, 0 of a line */
+    float along, away;              /* of the eye, from the middle along the axis, and from the axis */
+    float sine[8 * 64 + 1];         /* edges of slices through the eye, across the axis: of their angles above
+                                       the shortest way */
+} sfield__tube;
+
+static int sfield__is_tube(const sfield_emitter *e)
+{
+    return e->kind == SFIELD_EMITTER_LINE || e->kind == SFIELD_EMITTER_CYLINDER;
+}
+
+static sfield__v3 sfield__weigh2(sfield__v3 a, float s, sfield__v3 b, float t)
+{
+    return sfield__v3_add(sfield__v3_scale(a, s), sfield__v3_scale(b, t));
+}
+
+/* Looks at the emitter from the eye. A texel is four slices wide where the slices are widest. */
+static void sfield__face_tube(const sfield__build *b, const float *eye, sfield__tube *t)
+{
+    const sfield_emitter *e = &b->emitter;
+    const float inverse = 1 / b->h.radius;
+    const uint32_t count = 8 * b->h.cube_side;
+    sfield__v3 u = sfield__v3_scale(sfield__v3_load(e->u), inverse), at = sfield__v3_load(eye), shortest;
+    float cosine;
+    uint32_t i;
+    t->axis = sfield__v3_normalize(u);
+    t->length = sfield__v3_length(u);
+    t->size = e->kind == SFIELD_EMITTER_CYLINDER ? e->radius * inverse : 0;
+    t->along = sfield__v3_dot(at, t->axis);
+    shortest = sfield__weigh2(t->axis, t->along, at, -1);
+    t->away = sfield__v3_length(shortest);
+    if (!(t->away > 1e-6f)) {           /* on the axis: any way will do */
+        shortest = fabsf(t->axis.x) < 0.7f ? sfield__v3_make(1, 0, 0) : sfield__v3_make(0, 1, 0);
+        shortest = sfield__weigh2(shortest, 1, t->axis, -sfield__v3_dot(shortest, t->axis));
+    }
+    t->toward = sfield__v3_normalize(shortest);
+    t->across = sfield__v3_cross(t->axis, t->toward);
+    for (i = 0; i <= count; i++)
+        sfield__sincos(3.14159265f * ((float)i / (float)count - 0.5f), &t->sine[i], &cosine);
+}
+
+static int sfield__leaves_cone(const sfield__build *b, const float *d)
+{
+    const float *n = b->emitter.normal;
+    if (n[0] == 0 && n[1] == 0 && n[2] == 0) return 0;
+    return -(n[0] * d[0] + n[1] * d[1] + n[2] * d[2]) < b->cosine;
+}
+
+/* Adds a share of light to the four texels about a direction, so that its middle stays where it is: one texel
+   alone would move thin tubes by half a texel. */
+static void sfield__spread_light(const sfield__build *b, sfield__view *v, const float *d, float share)
+{
+    const uint32_t n = b->h.cube_side, face = sfield__face_of(d);
+    uint32_t at[2], i;
+    float q[3], part[2];
+    sfield__to_face(face, d, q);
+    for (i = 0; i < 2; i++) {
+        float x = (q[i] / q[2] + 1) * 0.5f * (float)n - 0.5f;
+        x = x > 0 ? x : 0;
+        at[i] = (uint32_t)x < n - 2 ? (uint32_t)x : n - 2;
+        part[i] = x - (float)at[i] < 1 ? x - (float)at[i] : 1;
+    }
+    for (i = 0; i < 4; i++) {
+        const float x = i & 1 ? part[0] : 1 - part[0], y = i & 2 ? part[1] : 1 - part[1];
+        v->texel[sfield__texel_number(n, face, at[0] + (i & 1), at[1] + (i >> 1))] += share * x * y;
+    }
+}
+
+/* Adds what lies in a strip along the tube: turned about the axis by an angle of this sine and cosine from
+   the shortest way, so far from the eye, and so wide an angle. Between two slices it fills a solid angle of
+   width times the difference of their sines. */
+static void sfield__add_strip(const sfield__build *b, sfield__view *v, const sfield__tube *t, float sine,
+                              float cosine, float distance, float width)
+{
+    const float low = -t->length - t->along, high = t->length - t->along;
+    const float first = low / sqrtf(low * low + distance * distance);
+    const float last = high / sqrtf(high * high + distance * distance);
+    const sfield__v3 out = sfield__weigh2(t->toward, cosine, t->across, sine);
+    uint32_t i;
+    for (i = 0; i < 8 * b->h.cube_side; i++) {
+        const float from = t->sine[i] > first ? t->sine[i] : first;
+        const float to = t->sine[i + 1] < last ? t->sine[i + 1] : last;
+        const float middle = 0.5f * (from + to);
+        float d[3];
+        if (!(from < to)) continue;
+        sfield__v3_store(d, sfield__weigh2(out, sqrtf(1 - middle * middle), t->axis, middle));
+        if (!sfield__leaves_cone(b, d)) sfield__spread_light(b, v, d, (to - from) * width);
+    }
+}
+
+/* Adds the strips of a cylinder that face an eye outside. They are even about its axis, so that their
+   distance is smooth up to the edge of the cylinder. */
+static void sfield__add_strips(const sfield__build *b, sfield__view *v, const sfield__tube *t)
+{
+    const float ratio = t->size / t->away, widest = sfield__asin(ratio);
+    const uint32_t count = 8 + (uint32_t)(5.1f * widest * (float)b->h.cube_side);
+    float before = -widest;
+    uint32_t i;
+    for (i = 0; i < count; i++) {
+        const float step = 3.14159265f / (float)count, angle = step * ((float)i + 0.5f) - 1.57079633f;
+        float s, c, edge, after;
+        float sine, cosine, distance;
+        sfield__sincos(angle, &s, &c);
+        sfield__sincos(angle + 0.5f * step, &edge, &cosine);
+        after = i + 1 < count ? sfield__asin(ratio * edge) : widest;
+        sine = ratio * s;
+        cosine = sqrtf(1 - sine * sine);
+        distance = t->away * cosine - t->size * c;
+        sfield__add_strip(b, v, t, sine, cosine, distance > 1e-6f ? distance : 1e-6f, after - before);
+        before = after;
+    }
+}
+
+/* Samples a line or cylinder. A line is a cylinder that became thin as its radiance rose, so that radiance
+   times diameter stayed: from h away that is a strip as wide as the diameter over h. Nearer than half the way
+   to the next sample point it does not grow, for fields are interpolated. */
+static void sfield__sample_tube(const sfield__build *b, sfield__view *v, const float *eye)
+{
+    const float *radiance = b->emitter.radiance;
+    sfield__tube t;
+    uint32_t i, c;
+    sfield__face_tube(b, eye, &t);
+    if (b->emitter.kind == SFIELD_EMITTER_LINE) {
+        const float apart = 1.57079633f / (float)(b->h.position_side - 1);
+        const float least = 0.5f * apart * sfield__v3_length(sfield__v3_load(eye));
+        const float h = t.away > least ? t.away : least;
+        sfield__add_strip(b, v, &t, 0, 1, h, 1 / (h * b->h.radius));
+    } else if (t.away > t.size) sfield__add_strips(b, v, &t);
+    else if (fabsf(t.along) <= t.length)        /* inside: as inside a sphere */
+        for (i = 0; i < b->cells; i++)
+            if (!sfield__leaves_cone(b, b->texels.direction + 3 * i)) v->texel[i] = b->texels.angle[i];
+    for (i = 0; i < b->cells; i++) {
+        const float bright = v->texel[i] / b->texels.angle[i];
+        for (c = 0; c < 3; c++) {
+            const float x = bright * radiance[c];
+            v->texel[c * b->cells + i] = x < 1e18f ? x : 1e18f;
+        }
+    }
+}
+
 /* ==== src/shadowfield/build_emitters.h ==== */
 
 /* ---- building: what analytic lights and callbacks radiate ---- */
@@ -4183,6 +4449,10 @@ static void sfield__sample_cube(const sfield__build *b, sfield__view *v, const f
     uint32_t ty, s = v->scale, n = b->h.cube_side;
     float d = sqrtf(eye[0] * eye[0] + eye[1] * eye[1] + eye[2] * eye[2]);
     float reach = d > 1.0001f ? sqrtf(1 - 1 / (d * d)) : -1, texel = 1.5f / (float)n;
+    if (sfield__is_tube(&b->emitter)) {
+        sfield__sample_tube(b, v, eye);
+        return;
+    }
     for (i = 0; i < b->cells; i++) {
         const float *to = b->texels.direction + 3 * i;
         float sum[3] = { 0, 0, 0 },
@@ -4205,11 +4475,18 @@ static void sfield__sample_cube(const sfield__build *b, sfield__view *v, const f
     }
 }
 
-/* Returns the radius of the sphere about an emitter's centre that holds it; 0 if the emitter has no area. */
+/* Returns the radius of the sphere about an emitter's centre that holds it; 0 if the emitter has no area, or
+   no length. */
 static float sfield__emitter_radius(const sfield_emitter *e)
 {
     const sfield__v3 u = sfield__v3_load(e->u), v = sfield__v3_load(e->v);
     float x, y;
+    if (sfield__is_tube(e)) {
+        const float size = e->kind == SFIELD_EMITTER_LINE ? 0 : e->radius;
+        x = sfield__v3_length(u);
+        if (!(x > 0) || (e->kind == SFIELD_EMITTER_CYLINDER && !(size >= 1e-17f))) return 0;
+        return sqrtf(x * x + size * size);
+    }
     if (e->kind != SFIELD_EMITTER_RECTANGLE) return e->radius;
     x = sfield__v3_length(sfield__v3_add(u, v));
     y = sfield__v3_length(sfield__v3_sub(u, v));
@@ -4225,12 +4502,14 @@ static sfield_result sfield__take_emitter(sfield__build *b)
     sfield_emitter *e = &b->emitter;
     const int unit = sfield__unit_vector(e->normal),
               zero = e->normal[0] == 0 && e->normal[1] == 0 && e->normal[2] == 0;
-    const char *shape =
-        e->kind == SFIELD_EMITTER_RECTANGLE ? "half the diagonal of emitter.u and v" : "emitter.radius";
+    const char *shape = e->kind == SFIELD_EMITTER_RECTANGLE ? "half the diagonal of emitter.u and v"
+                        : e->kind == SFIELD_EMITTER_LINE    ? "the length of emitter.u"
+                        : sfield__is_tube(e)                ? "the sphere about emitter.u and radius"
+                                                            : "emitter.radius";
     float fit, sine;
     uint32_t i;
     if (!sfield__check_value(&b->log, (uint32_t)e->kind < SFIELD_EMITTER_COUNT, "emitter.kind",
-                             (double)e->kind, "0..4"))
+                             (double)e->kind, "0..6"))
         return SFIELD_ERR_DESC;
     if (e->kind == SFIELD_EMITTER_DEFAULT) e->kind = SFIELD_EMITTER_SPHERE;
     for (i = 0; i < 3; i++)
@@ -5364,6 +5643,654 @@ SFIELD_DEF sfield_result sfield_build_self(const sfield_desc *desc, const sfield
     return sfield__end_build(&b, result);
 }
 
+/* ==== src/shadowfield/build_placement.h ==== */
+
+/* ---- building: shells and points where a measured error asks for them ---- */
+
+enum { SFIELD__GRID = 129, SFIELD__AROUND = 26, SFIELD__ACROSS = 24 };
+
+/* What is seen from places all round at many radii, as values whose squares add up to the integral over all
+   directions. Shells are chosen among these radii. */
+typedef struct sfield__profile {
+    float    radius[SFIELD__GRID], measure[SFIELD__GRID];
+    float    whole[SFIELD__GRID];   /* what errors at a radius are divided by */
+    uint32_t shell[64], count;      /* chosen: their places in the grid */
+} sfield__profile;
+
+/* Returns how many values a view has: coefficients, or of wavelets squares of a face, 8 a side at most. */
+static size_t sfield__count_values(const sfield__build *b)
+{
+    const uint32_t side = b->h.cube_side < 8 ? b->h.cube_side : 8;
+    return b->h.basis == SFIELD_BASIS_HAAR ? (size_t)b->h.channels * 6 * side * side : b->h.stride;
+}
+
+/* Makes the values of what the view's texels hold. Squares are runs of texels, which are in Morton order. */
+static void sfield__value_view(const sfield__build *b, sfield__view *v, float *out)
+{
+    const size_t squares = b->seen_size / b->h.channels, run = b->cells / squares;
+    size_t c, i, k;
+    if (b->h.basis != SFIELD_BASIS_HAAR) {
+        sfield__encode_sh(b, v, NULL, out);
+        return;
+    }
+    for (c = 0; c < b->h.channels; c++)
+        for (i = 0; i < squares; i++) {
+            float sum = 0, angle = 0;
+            for (k = i * run; k < (i + 1) * run; k++) {
+                sum += v->texel[c * b->cells + k] * b->texels.angle[k];
+                angle += b->texels.angle[k];
+            }
+            out[c * squares + i] = sum / sqrtf(angle);
+        }
+}
+
+/* Looks from each of b->eyes, as a build does. */
+static void sfield__measure_task(void *context, size_t piece)
+{
+    const sfield__build *b = (const sfield__build *)context;
+    sfield__view *v = &b->view[piece];
+    size_t i;
+    for (i = piece; i < b->to; i += b->pieces) {
+        float eye[3];
+        memcpy(eye, b->eyes + 3 * i, sizeof eye);
+        sfield__view_from(b, v, eye);
+        if (b->what == SFIELD__MESH && !b->desc.keep_inside &&
+            sfield__move_out(b, sfield__share_hidden(b, v->texel), eye))
+            sfield__view_from(b, v, eye);
+        sfield__value_view(b, v, b->seen + i * b->seen_size);
+    }
+}
+
+/* Returns the integral, over all directions, of the square of a (1 - t) + c t - what is seen. */
+static double sfield__square_error(const sfield__build *b, const float *a, const float *c, float t,
+                                   const float *seen)
+{
+    double sum = 0;
+    size_t k;
+    for (k = 0; k < b->seen_size; k++) {
+        const float off = a[k] + t * (c[k] - a[k]) - seen[k];
+        sum += (double)off * (double)off;
+    }
+    return sum;
+}
+
+/* Looks from all places of the profile. Errors of visibility are divided by 4 pi, those of sources by the
+   light at their radius. */
+static void sfield__measure_profile(sfield__build *b, sfield__profile *q)
+{
+    const float inner = b->radii[0], outer = b->radii[b->h.shells - 1];
+    uint32_t i, j, k;
+    for (i = 0; i < SFIELD__GRID; i++) {
+        q->radius[i] = i + 1 < SFIELD__GRID
+                           ? inner * sfield__pow(outer / inner, (float)i / (float)(SFIELD__GRID - 1))
+                           : outer;
+        q->measure[i] = sfield__measure_of(q->radius[i] * q->radius[i], b->h.kind, b->h.spacing);
+        for (j = 0, k = 0; j < SFIELD__AROUND; j++, k++) {
+            sfield__v3 d;
+            k += k == 13;                       /* corners, edges and sides of a cube, turned a little */
+            d = sfield__v3_make((float)(k % 3) - 1, (float)(k / 3 % 3) - 1, (float)(k / 9) - 1);
+            d = sfield__v3_add(sfield__v3_normalize(d), sfield__v3_make(0.0131f, -0.0079f, 0.0107f));
+            d = sfield__v3_scale(sfield__v3_normalize(d), q->radius[i]);
+            sfield__v3_store(b->eyes + 3 * (i * SFIELD__AROUND + j), d);
+        }
+    }
+    b->to = (size_t)SFIELD__GRID * SFIELD__AROUND;
+    sfield__run_tasks(b, sfield__measure_task);
+    for (i = 0; i < SFIELD__GRID; i++) {
+        double sum = 4 * 3.14159265358979 * (double)SFIELD__AROUND;
+        if (b->h.kind == SFIELD__KIND_SOURCE) {
+            const float *seen = b->seen + (size_t)i * SFIELD__AROUND * b->seen_size;
+            for (sum = 0, k = 0; k < SFIELD__AROUND * b->seen_size; k++)
+                sum += (double)seen[k] * (double)seen[k];
+        }
+        q->whole[i] = (float)sqrt(sum);
+    }
+}
+
+/* Returns the greatest error at the radii between two, interpolated as queries do. */
+static float sfield__error_between(const sfield__build *b, const sfield__profile *q, uint32_t from,
+                                   uint32_t to)
+{
+    const size_t row = SFIELD__AROUND * b->seen_size;
+    float worst = 0;
+    uint32_t i, j;
+    for (i = from + 1; i < to; i++) {
+        const float t = (q->measure[i] - q->measure[from]) / (q->measure[to] - q->measure[from]);
+        double sum = 0;
+        float error;
+        for (j = 0; j < SFIELD__AROUND; j++) {
+            const float *seen = b->seen + j * b->seen_size;
+            sum += sfield__square_error(b, seen + from * row, seen + to * row, t, seen + i * row);
+        }
+        error = q->whole[i] > 0 ? (float)sqrt(sum) / q->whole[i] : 0;
+        worst = error > worst ? error : worst;
+    }
+    return worst;
+}
+
+/* Goes outwards by the longest steps whose error is within a bound. Returns how many shells that takes, or
+   one more than `most`. */
+static uint32_t sfield__step_outwards(const sfield__build *b, sfield__profile *q, float bound,
+                                      uint32_t most)
+{
+    uint32_t at = 0;
+    for (q->count = 0; q->count < most;) {
+        uint32_t next = at + 1;
+        q->shell[q->count++] = at;
+        if (at == SFIELD__GRID - 1) return q->count;
+        while (next + 1 < SFIELD__GRID && sfield__error_between(b, q, at, next + 1) <= bound) next++;
+        at = next;
+    }
+    return most + 1;
+}
+
+/* Returns the greatest error between neighbours among the chosen shells, and the first of the two; of equal
+   ones those that are widest apart, so that there is always a radius between them. */
+static float sfield__find_worst(const sfield__build *b, const sfield__profile *q, uint32_t *where)
+{
+    float worst = -1;
+    uint32_t i;
+    *where = 0;
+    for (i = 0; i + 1 < q->count; i++) {
+        const float error = sfield__error_between(b, q, q->shell[i], q->shell[i + 1]);
+        const int wider = q->shell[i + 1] - q->shell[i] > q->shell[*where + 1] - q->shell[*where];
+        if (!(error > worst) && !(error >= worst && wider)) continue;
+        worst = error;
+        *where = i;
+    }
+    return worst;
+}
+
+/* Chooses radii: as few as the bound allows, or those by which `most` shells err least. Returns the error, or
+   a negative number if the bound cannot be kept. */
+static float sfield__choose_radii(const sfield__build *b, sfield__profile *q, float bound, uint32_t most)
+{
+    float low = 1e-7f, high = 4, worst;
+    uint32_t i, where;
+    if (bound > 0) {
+        if (sfield__step_outwards(b, q, bound, most) > most) return -1;
+        return sfield__find_worst(b, q, &where);
+    }
+    for (i = 0; i < 22; i++) {
+        const float middle = sqrtf(low * high);
+        if (sfield__step_outwards(b, q, middle, most) > most) low = middle;
+        else high = middle;
+    }
+    (void)sfield__step_outwards(b, q, high, most);
+    worst = sfield__find_worst(b, q, &where);
+    while (q->count < most) {                   /* those that are left halve what errs most */
+        uint32_t *next = q->shell + where + 1;
+        memmove(next + 1, next, (q->count++ - where - 1) * sizeof *next);
+        *next = (next[-1] + next[1]) / 2;
+        worst = sfield__find_worst(b, q, &where);
+    }
+    return worst;
+}
+
+/* Writes the four corners of a square of sample points, and its middle, on a sphere. */
+static void sfield__aim_square(uint32_t side, uint32_t square, float radius, float *eyes)
+{
+    const float step = 1.57079633f / (float)(side - 1);
+    const uint32_t x = (square & 1 ? 2 : 1) * (side - 2) / 3, y = (square & 2 ? 2 : 1) * (side - 2) / 3;
+    uint32_t k, l;
+    for (k = 0; k < 5; k++, eyes += 3) {
+        const float a = (float)x + (k < 4 ? (float)(k & 1) : 0.5f);
+        const float c = (float)y + (k < 4 ? (float)(k >> 1) : 0.5f);
+        double d[3], length;
+        float sine[2], cosine[2];
+        sfield__sincos(step * a - 0.785398163f, &sine[0], &cosine[0]);
+        sfield__sincos(step * c - 0.785398163f, &sine[1], &cosine[1]);
+        sfield__from_face(square / 4, (double)(sine[0] / cosine[0]), (double)(sine[1] / cosine[1]), d);
+        length = (double)radius / sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+        for (l = 0; l < 3; l++) eyes[l] = (float)(d[l] * length);
+    }
+}
+
+/* Returns the error in the middles of squares of sample points, on the worst of the chosen shells, of fields
+   with `side` points a side of a face. */
+static float sfield__error_across(sfield__build *b, const sfield__profile *q, uint32_t side)
+{
+    float worst = 0;
+    uint32_t i, j;
+    b->h.position_side = side;
+    for (i = 0; i < q->count; i++) {
+        double sum = 0, whole = 0;
+        for (j = 0; j < SFIELD__ACROSS; j++)
+            sfield__aim_square(side, j, q->radius[q->shell[i]], b->eyes + 15 * j);
+        b->to = 5 * SFIELD__ACROSS;
+        sfield__run_tasks(b, sfield__measure_task);
+        for (j = 0; j < SFIELD__ACROSS; j++) {
+            float *seen = b->seen + 5 * j * b->seen_size, *middle = seen + 4 * b->seen_size;
+            size_t v, n = b->seen_size;
+            for (v = 0; v < n; v++) {
+                seen[v] = 0.25f * (seen[v] + seen[v + n] + seen[v + 2 * n] + seen[v + 3 * n]);
+                whole += (double)middle[v] * (double)middle[v];
+            }
+            sum += sfield__square_error(b, seen, seen, 0, middle);
+        }
+        if (b->h.kind != SFIELD__KIND_SOURCE) whole = 4 * 3.14159265358979 * (double)SFIELD__ACROSS;
+        if (whole > 0 && sqrt(sum / whole) > (double)worst) worst = (float)sqrt(sum / whole);
+    }
+    return worst;
+}
+
+/* Chooses shells, then points. Half of the bound is for what lies between shells, half for what lies between
+   the points of a shell. */
+static sfield_result sfield__choose_places(sfield__build *b, float bound, sfield_placement *out)
+{
+    static const uint8_t sides[9] = { 4, 6, 8, 12, 16, 24, 32, 48, 64 };
+    const uint32_t most = bound > 0 && !b->desc.shell_count ? 64 : b->h.shells, side = b->h.position_side;
+    sfield__profile q;
+    uint32_t i;
+    memset(out, 0, sizeof *out);
+    sfield__measure_profile(b, &q);
+    if (!sfield__tell_progress(b, 0.5f)) return SFIELD_ERR_CANCELLED;
+    out->between = sfield__choose_radii(b, &q, 0.5f * bound, most);
+    if (!sfield__check_value(&b->log, out->between >= 0, "bound", (double)bound,
+                             "more, or desc.shell_count more"))
+        return SFIELD_ERR_LIMIT;
+    out->shell_count = q.count;
+    for (i = 0; i < q.count; i++) out->radii[i] = q.radius[q.shell[i]];
+    for (i = 0; i < 9; i++) {
+        out->position_side = bound > 0 && !b->desc.position_side ? sides[i] : side;
+        out->across = sfield__error_across(b, &q, out->position_side);
+        if (!sfield__tell_progress(b, 0.5f + 0.05f * (float)(i + 1))) return SFIELD_ERR_CANCELLED;
+        if (!(bound > 0) || out->across <= 0.5f * bound) return SFIELD_OK;
+        if (out->position_side != sides[i]) break;
+    }
+    (void)sfield__check_value(&b->log, 0, "bound", (double)bound, "more, or desc.position_side more");
+    return SFIELD_ERR_LIMIT;
+}
+
+SFIELD_DEF sfield_result sfield_place(const sfield_desc *desc, const sfield_mesh *mesh,
+                                      const sfield_emitter *emitter, float bound, sfield_placement *out)
+{
+    const sfield__logger log = sfield__log_of_desc(desc, "sfield_place");
+    const size_t places = (size_t)SFIELD__GRID * SFIELD__AROUND;
+    sfield_placement placement;
+    sfield__build b;
+    sfield_result result;
+    if (!out) return sfield__fail_null(&log, "out");
+    if (!mesh == !emitter)
+        return sfield__fail(&log, SFIELD_ERR_ARGUMENT, "mesh", "and emitter: one of both is to be given");
+    if (!sfield__check_value(&log, sfield__in(bound, 0, 1), "bound", (double)bound, "0..1"))
+        return SFIELD_ERR_ARGUMENT;
+    result = sfield__read_desc(&b, desc, mesh ? SFIELD__KIND_OCCLUSION : SFIELD__KIND_SOURCE, log.function);
+    if (result != SFIELD_OK) return result;
+    b.what = mesh ? SFIELD__MESH : SFIELD__ANALYTIC;
+    if (emitter) b.emitter = *emitter;
+    result = mesh ? sfield__take_mesh(&b, mesh) : sfield__take_emitter(&b);
+    if (result == SFIELD_OK) result = sfield__prepare_build(&b);
+    if (result == SFIELD_OK) {
+        b.seen_size = sfield__count_values(&b);
+        b.eyes = (float *)sfield__hold_memory(&b, 3 * places, sizeof *b.eyes);
+        b.seen = (float *)sfield__hold_memory(&b, places, b.seen_size * sizeof *b.seen);
+        result = !b.eyes || !b.seen ? SFIELD_ERR_ALLOC
+                 : sfield__tell_progress(&b, 0) ? sfield__choose_places(&b, bound, &placement)
+                                                : SFIELD_ERR_CANCELLED;
+    }
+    if (result == SFIELD_OK) *out = placement;
+    return sfield__end_build(&b, result);
+}
+
+/* ==== src/shadowfield/bounces.h ==== */
+
+/* ---- one interreflection between bodies ---- */
+
+#ifndef SFIELD_WITHOUT_BUILD
+/* The light that a diffuse body sends on is a sum over patches: how bright each is now, times what it would
+   radiate into the space around with a radiance of 1. The latter are source fields, three patches to a frame
+   and one to a channel. */
+
+enum { SFIELD__PATCH_POINTS = 4, SFIELD__MOST_PATCHES = 192 };
+
+struct sfield_bounce {
+    sfield__allocator allocator;
+    sfield_field *transport, *source;
+    uint32_t patches;
+    float   *albedo;                            /* of each patch, 3 floats. What follows lies behind it */
+    float   *positions, *normals;               /* of its points */
+    float   *light, *values;                    /* radiance of each patch; a shell's coefficients */
+};
+
+typedef struct sfield__facet {                  /* a triangle */
+    double area, feature[6];                    /* normal; middle, in r. What looks alike is near */
+    uint32_t patch;
+} sfield__facet;
+
+/* Reads a triangle. Returns its area, 0 if it cannot be used. */
+static double sfield__read_facet(const sfield_mesh *mesh, size_t t, float r, sfield__facet *out)
+{
+    const size_t stride = mesh->vertex_stride ? mesh->vertex_stride : 12;
+    sfield__v3 v[3], n, middle;
+    const float unit = 1 / r;
+    double size;
+    uint32_t k;
+    memset(out, 0, sizeof *out);
+    for (k = 0; k < 3; k++) {
+        const float *p = sfield__vertex(mesh, stride, sfield__mesh_index(mesh, 3 * t + k));
+        if (!sfield__finite(p[0]) || !sfield__finite(p[1]) || !sfield__finite(p[2])) return 0;
+        v[k] = sfield__v3_scale(sfield__v3_load(p), unit);
+    }
+    n = sfield__v3_cross(sfield__v3_sub(v[1], v[0]), sfield__v3_sub(v[2], v[0]));
+    size = sqrt((double)sfield__v3_dot(n, n));
+    if (!(size > 0)) return 0;
+    middle = sfield__v3_scale(sfield__v3_add(sfield__v3_add(v[0], v[1]), v[2]), 1 / 3.0f);
+    out->feature[0] = (double)n.x / size;
+    out->feature[1] = (double)n.y / size;
+    out->feature[2] = (double)n.z / size;
+    out->feature[3] = (double)middle.x;
+    out->feature[4] = (double)middle.y;
+    out->feature[5] = (double)middle.z;
+    out->area = 0.5 * size;
+    return out->area;
+}
+
+/* Finds the widest spread of a patch along a feature: its sum of squares off the mean, which is written. */
+static double sfield__spread_of(const sfield__facet *facets, size_t count, uint32_t patch, uint32_t feature,
+                                double *mean)
+{
+    double area = 0, sum = 0, squares = 0;
+    size_t i;
+    for (i = 0; i < count; i++) {
+        if (facets[i].patch != patch) continue;
+        area += facets[i].area;
+        sum += facets[i].area * facets[i].feature[feature];
+    }
+    *mean = area > 0 ? sum / area : 0;
+    for (i = 0; i < count; i++)
+        if (facets[i].patch == patch)
+            squares += facets[i].area * (facets[i].feature[feature] - *mean) *
+                       (facets[i].feature[feature] - *mean);
+    return squares;
+}
+
+/* Cuts the surface: of all patches the one that is spread most, at its mean, again and again. Returns how
+   many there are. */
+static uint32_t sfield__cut_patches(sfield__facet *facets, size_t count, uint32_t most)
+{
+    double spread[SFIELD__MOST_PATCHES], mean[SFIELD__MOST_PATCHES], all = 0;
+    uint32_t along[SFIELD__MOST_PATCHES], patches = 1, last = 0;
+    uint32_t p, k, worst;
+    size_t i;
+    for (;;) {
+        for (p = 0; p < patches; p++) {         /* of those that were just cut */
+            if (p != last && p + 1 != patches) continue;
+            spread[p] = -1;
+            for (k = 0; k < 6; k++) {
+                double at;
+                const double s = sfield__spread_of(facets, count, p, k, &at);
+                if (!(s > spread[p])) continue;
+                spread[p] = s;
+                mean[p] = at;
+                along[p] = k;
+            }
+        }
+        all = patches == 1 ? spread[0] : all;
+        for (p = worst = 0; p < patches; p++) worst = spread[p] > spread[worst] ? p : worst;
+        if (patches == most || !(spread[worst] > 1e-9 * all)) return patches;
+        for (i = 0; i < count; i++)
+            if (facets[i].patch == worst && facets[i].feature[along[worst]] > mean[worst])
+                facets[i].patch = patches;
+        last = worst;
+        patches++;
+    }
+}
+
+/* Fills in albedos and points, which lie in the middles of triangles, evenly by area. */
+static void sfield__place_patches(sfield_bounce *b, const sfield__facet *facets, size_t count,
+                                  const float *albedo, float r)
+{
+    const double points = SFIELD__PATCH_POINTS;
+    uint32_t p, k, c;
+    size_t i;
+    for (p = 0; p < b->patches; p++) {
+        double area = 0, before = 0, sum[3] = { 0, 0, 0 };
+        for (i = 0; i < count; i++)
+            for (c = 0; c < 3 && facets[i].patch == p; c++) {
+                area += c ? 0 : facets[i].area;
+                sum[c] += facets[i].area * (double)albedo[3 * i + c];
+            }
+        for (c = 0; c < 3; c++) b->albedo[3 * p + c] = (float)(sum[c] / area);
+        for (i = 0, k = 0; i < count; i++) {
+            if (facets[i].patch != p || !(facets[i].area > 0)) continue;
+            before += facets[i].area;
+            /* the last triangle takes what rounding left */
+            for (; k < SFIELD__PATCH_POINTS && ((double)k + 0.5) * area < points * before; k++)
+                for (c = 0; c < 3; c++) {
+                    const size_t at = 3 * ((size_t)p * SFIELD__PATCH_POINTS + k) + c;
+                    b->positions[at] = (float)(facets[i].feature[3 + c] * (double)r);
+                    b->normals[at] = (float)facets[i].feature[c];
+                }
+        }
+    }
+}
+
+/* Builds the source fields of all patches as one whose frames they are. */
+static sfield_result sfield__build_transport(sfield_bounce *b, const sfield_desc *desc,
+                                             const sfield_mesh *mesh, const sfield__facet *facets,
+                                             size_t count)
+{
+    const uint32_t frames = (b->patches + 2) / 3;
+    sfield_desc d = *desc;
+    sfield_result result;
+    float *radiance;
+    size_t i, cells;
+    d.frame_count = frames;
+    d.frames_per_second = 1;
+    d.loop = 0;
+    d.shard_begin = d.shard_end = 0;
+    radiance = sfield__mul_size(count, frames, &cells)
+                   ? (float *)sfield__alloc_array(&b->allocator, cells, 3 * sizeof *radiance)
+                   : NULL;
+    if (!radiance) return SFIELD_ERR_ALLOC;
+    memset(radiance, 0, 3 * cells * sizeof *radiance);
+    for (i = 0; i < count; i++)
+        radiance[3 * (facets[i].patch / 3 * count + i) + facets[i].patch % 3] = facets[i].area > 0 ? 1.0f : 0;
+    result = sfield_build_emissive(&d, mesh, radiance, &b->transport, NULL);
+    sfield__free(&b->allocator, radiance);
+    return result;
+}
+
+/* Allocates the source of the body, which is like a frame of the other field, and all that light goes through
+   on its way there. */
+static sfield_result sfield__make_room(sfield_bounce *b, const sfield__logger *log)
+{
+    const size_t samples = 6 * (size_t)b->transport->h.position_side * b->transport->h.position_side;
+    sfield__header h = b->transport->h;
+    sfield_result result;
+    h.samples /= h.frames;
+    h.frames = 1;
+    b->values = (float *)sfield__alloc_array(&b->allocator, samples * h.stride, sizeof *b->values);
+    if (!b->values) return SFIELD_ERR_ALLOC;
+    result = sfield__alloc_field(&b->allocator, log, &h, &b->source);
+    if (result != SFIELD_OK) return result;
+    memset(b->light, 0, 3 * b->patches * sizeof *b->light);
+    memcpy(b->source->words + SFIELD__HEADER, b->transport->radii, h.shells * sizeof *b->transport->radii);
+    sfield__bind_shells(b->source);
+    return SFIELD_OK;
+}
+
+/* Adds up the patches of a shell, each as bright as it is. */
+static void sfield__mix_patches(const sfield_bounce *b, uint32_t shell, size_t samples)
+{
+    const sfield_field *f = b->transport;
+    const uint32_t planes = f->planes, stride = f->h.stride, side = f->h.shells;
+    uint32_t p, c, k;
+    size_t i;
+    memset(b->values, 0, samples * stride * sizeof *b->values);
+    for (p = 0; p < b->patches; p++) {
+        const size_t group = (size_t)(p / 3) * side + shell;
+        const float *scale = f->scale + group * stride + p % 3 * planes;
+        const float *bias = f->bias + group * stride + p % 3 * planes;
+        const uint8_t *q = f->sample + group * samples * stride + p % 3 * planes;
+        float *out = b->values, x[SFIELD_MAX_COEFS];
+        for (i = 0; i < samples; i++, q += stride, out += stride) {
+            for (k = 0; k < planes; k++) x[k] = scale[k] * (float)q[k] + bias[k];
+            for (c = 0; c < 3; c++)
+                for (k = 0; k < planes; k++) out[c * planes + k] += b->light[3 * p + c] * x[k];
+        }
+    }
+}
+
+/* Writes the source field by the light of the patches. */
+static void sfield__fill_source(sfield_bounce *b)
+{
+    const size_t samples = 6 * (size_t)b->source->h.position_side * b->source->h.position_side;
+    const sfield__part silent = { NULL, NULL, 0, 1 };
+    sfield__build build;
+    uint32_t shell;
+    memset(&build, 0, sizeof build);
+    build.h = b->source->h;
+    build.out = b->source;
+    build.value = b->values;
+    build.count = samples;
+    for (shell = 0; shell < b->source->h.shells; shell++) {
+        sfield__mix_patches(b, shell, samples);
+        sfield__quantise(&build, shell * samples, shell);
+    }
+    (void)sfield__seal_block(b->source, &silent);
+}
+
+/* Allocates the patches, once it is known how many there are. */
+static sfield_result sfield__make_patches(sfield_bounce *b)
+{
+    const size_t points = (size_t)b->patches * SFIELD__PATCH_POINTS;
+    b->albedo = (float *)sfield__alloc_array(&b->allocator, 6 * points + 6 * (size_t)b->patches,
+                                             sizeof *b->albedo);
+    if (!b->albedo) return SFIELD_ERR_ALLOC;
+    b->light = b->albedo + 3 * (size_t)b->patches;
+    b->positions = b->light + 3 * (size_t)b->patches;
+    b->normals = b->positions + 3 * points;
+    return SFIELD_OK;
+}
+
+static sfield_result sfield__fill_bounce(sfield_bounce *b, const sfield_desc *desc, const sfield_mesh *mesh,
+                                         const float *albedo, uint32_t patch_count,
+                                         const sfield__logger *log)
+{
+    const size_t count = sfield__mesh_corners(mesh) / 3;
+    float r = 0;
+    sfield_result result;
+    sfield__facet *facets =
+        (sfield__facet *)sfield__alloc_array(&b->allocator, count, sizeof *facets);
+    size_t i, k;
+    if (!facets) return SFIELD_ERR_ALLOC;
+    for (i = 0; i < mesh->vertex_count; i++)
+        for (k = 0; k < 3; k++) {
+            const float x = fabsf(sfield__vertex(mesh, mesh->vertex_stride ? mesh->vertex_stride : 12, i)[k]);
+            r = sfield__finite(x) && x > r ? x : r;
+        }
+    r = r > 1e-18f ? r : 1.0f;
+    for (i = 0; i < count; i++) (void)sfield__read_facet(mesh, i, r, &facets[i]);
+    b->patches = sfield__cut_patches(facets, count, patch_count);
+    result = sfield__make_patches(b);
+    if (result == SFIELD_OK) {
+        sfield__place_patches(b, facets, count, albedo, r);
+        result = sfield__build_transport(b, desc, mesh, facets, count);
+    }
+    if (result == SFIELD_OK) result = sfield__make_room(b, log);
+    if (result == SFIELD_OK) sfield__fill_source(b);
+    sfield__free(&b->allocator, facets);
+    return result;
+}
+
+/* Checks what sfield_build_emissive does not, or too late. */
+static sfield_result sfield__check_bounce(const sfield__logger *log, const sfield_desc *d,
+                                          const sfield_mesh *mesh, const float *albedo, uint32_t patch_count)
+{
+    sfield__build b;
+    sfield_result result;
+    size_t i;
+    if (!sfield__check_value(log, patch_count <= SFIELD__MOST_PATCHES, "patch_count", patch_count, "0..192"))
+        return SFIELD_ERR_ARGUMENT;
+    if (d->basis == SFIELD_BASIS_HAAR)
+        return sfield__fail(log, SFIELD_ERR_DESC, "desc.basis", "is of wavelets");
+    result = sfield__read_desc(&b, d, SFIELD__KIND_SOURCE, log->function);
+    if (result == SFIELD_OK) result = sfield__check_mesh(&b, mesh);
+    for (i = 0; result == SFIELD_OK && i < sfield__mesh_corners(mesh); i++)
+        if (!sfield__in(albedo[i], 0, 1)) {
+            sfield__log_element(log, "albedo", i, "is", (double)albedo[i], "0..1");
+            return SFIELD_ERR_INPUT;
+        }
+    return result;
+}
+
+SFIELD_DEF sfield_result sfield_bounce_create(const sfield_desc *desc, const sfield_mesh *mesh,
+                                              const float *albedo, uint32_t patch_count, sfield_bounce **out)
+{
+    const sfield__logger log = sfield__log_of_desc(desc, "sfield_bounce_create");
+    sfield__allocator a;
+    sfield_desc d;
+    sfield_bounce *b;
+    sfield_result result;
+    if (!mesh || !albedo || !out) return sfield__fail_null(&log, !mesh ? "mesh" : !albedo ? "albedo" : "out");
+    memset(&d, 0, sizeof d);
+    if (desc) d = *desc;
+    result = sfield__check_bounce(&log, &d, mesh, albedo, patch_count);
+    if (result != SFIELD_OK) return result;
+    a = sfield__allocator_of(&d.system);
+    b = (sfield_bounce *)sfield__alloc(&a, sizeof *b);
+    if (!b) return sfield__fail(&log, SFIELD_ERR_ALLOC, "desc.system.allocator", "returned no memory");
+    memset(b, 0, sizeof *b);
+    b->allocator = a;
+    result = sfield__fill_bounce(b, &d, mesh, albedo, patch_count ? patch_count : 24, &log);
+    if (result != SFIELD_OK) {
+        sfield_bounce_free(b);
+        return result;
+    }
+    *out = b;
+    return SFIELD_OK;
+}
+
+SFIELD_DEF void sfield_bounce_free(sfield_bounce *bounce)
+{
+    sfield__allocator a;
+    if (!bounce) return;
+    a = bounce->allocator;
+    sfield_free(bounce->transport);
+    sfield_free(bounce->source);
+    sfield__free(&a, bounce->albedo);
+    sfield__free(&a, bounce->values);
+    sfield__free(&a, bounce);
+}
+
+SFIELD_DEF void sfield_bounce_points(const sfield_bounce *bounce, sfield_points *out)
+{
+    if (!bounce || !out) return;
+    memset(out, 0, sizeof *out);
+    out->count = (size_t)bounce->patches * SFIELD__PATCH_POINTS;
+    out->positions = bounce->positions;
+    out->normals = bounce->normals;
+}
+
+SFIELD_DEF sfield_result sfield_bounce_light(sfield_bounce *bounce, const float *rgb)
+{
+    uint32_t p, k, c;
+    if (!bounce) return SFIELD_ERR_ARGUMENT;
+    if (!rgb) {
+        const sfield__logger log = sfield__logger_for(&bounce->source->log, "sfield_bounce_light");
+        return sfield__fail_null(&log, "rgb");
+    }
+    for (p = 0; p < bounce->patches; p++)
+        for (c = 0; c < 3; c++) {
+            float sum = 0;
+            for (k = 0; k < SFIELD__PATCH_POINTS; k++) {
+                const float x = rgb[3 * ((size_t)p * SFIELD__PATCH_POINTS + k) + c];
+                sum += x > 0 ? (x < 1e18f ? x : 1e18f) : 0;
+            }
+            bounce->light[3 * p + c] = bounce->albedo[3 * p + c] * sum / (float)SFIELD__PATCH_POINTS;
+        }
+    sfield__fill_source(bounce);
+    return SFIELD_OK;
+}
+
+SFIELD_DEF const sfield_field *sfield_bounce_source(const sfield_bounce *bounce)
+{
+    return bounce ? bounce->source : NULL;
+}
+#endif
+
 /* ==== src/shadowfield/scene_state.h ==== */
 
 /* ---- scenes: what they hold ---- */
@@ -5380,6 +6307,9 @@ typedef struct sfield__item {       /* of an entity */
     float    inscribed, reach;      /* of the occluder, world */
     float    was[3];                /* center[0] before the last change of the scene */
     int      identity;
+#ifndef SFIELD_WITHOUT_ROOMS
+    int      holds;                 /* not 0: a light lies in the hull of the occluder */
+#endif
     uint32_t map;                   /* wavelets, rotated: 1 + which resampling table */
     uint64_t field, body, light;    /* hashes, 0 where there is none: of the occlusion field, by address and
                                        by checksum, since another one may come to lie at the same address; of
@@ -5405,6 +6335,11 @@ typedef struct sfield__walk {       /* how far the occluders are looked through 
 } sfield__walk;
 #endif
 
+#ifndef SFIELD_WITHOUT_ROOMS
+struct sfield__tenant { uint32_t light, item; };  /* a light in the hull of an entity: part rooms.h */
+static int sfield__find_rooms(sfield_scene *s);
+#endif
+
 #ifndef SFIELD_WITHOUT_GLOSS
 typedef struct sfield__brdf sfield__brdf;    /* BRDFs as harmonics: part gloss.h */
 #endif
@@ -5422,6 +6357,10 @@ struct sfield_scene {
     uint32_t light_count, overlaps, maps;
 #ifndef SFIELD_WITHOUT_HIERARCHY
     sfield__tree tree;
+#endif
+#ifndef SFIELD_WITHOUT_ROOMS
+    struct sfield__tenant *held;      /* lights that lie in the hull of another entity */
+    uint32_t          held_count;
 #endif
 #ifndef SFIELD_WITHOUT_GLOSS
     sfield__brdf     *brdf;         /* harmonics: made when the first set with materials comes */
@@ -8559,6 +9498,9 @@ static void sfield__free_lists(sfield_scene *s)
     sfield__free(&s->allocator, s->light);
     sfield__free(&s->allocator, s->taps);
     sfield__free(&s->allocator, s->moved);
+#ifndef SFIELD_WITHOUT_ROOMS
+    sfield__free(&s->allocator, s->held);
+#endif
 #ifndef SFIELD_WITHOUT_HIERARCHY
     sfield__free(&s->allocator, s->tree.keys);
     sfield__free(&s->allocator, s->tree.ball);
@@ -8839,6 +9781,9 @@ static sfield_result sfield__make_lists(sfield_scene *n, const sfield_entity *en
             n->overlaps++;
             light = i;
         }
+#ifndef SFIELD_WITHOUT_ROOMS
+    if (n->overlaps && !sfield__find_rooms(n)) return SFIELD_ERR_ALLOC;
+#endif
     if (n->overlaps && n->desc.strict)
         return sfield__fail_entity(n, SFIELD_ERR_INPUT, n->light[light],
                                    "is a light whose sphere overlaps an object's");
@@ -8861,6 +9806,10 @@ SFIELD_DEF sfield_result sfield_scene_entities(sfield_scene *s, const sfield_ent
     n.occluder = n.light = NULL;
     n.taps = NULL;
     n.moved = NULL;
+#ifndef SFIELD_WITHOUT_ROOMS
+    n.held = NULL;
+    n.held_count = 0;
+#endif
 #ifndef SFIELD_WITHOUT_HIERARCHY
     memset(&n.tree, 0, sizeof n.tree);
 #endif
@@ -9506,6 +10455,129 @@ static uint32_t sfield__lights_of(const sfield_scene *s, const sfield_points *se
     return s->light_count + (uint32_t)sky - (set->entity && s->item[set->entity - 1].e.source ? 1u : 0u);
 }
 
+/* ==== src/shadowfield/rooms.h ==== */
+
+/* ---- scenes: lights inside of what hides ---- */
+
+/* A field says in which directions its object hides, but not how far away. Where the object is a room, it
+   hides all that lies beyond its walls, and nothing of a light between them. A light from whose middle more
+   than half of all directions are hidden lies in the convex hull of the object, since what lies on one side
+   of a plane hides no more than half. The object then is a room for this light, taken for convex: from points
+   that lie in the hull as well it does not hide the light; from all others it comes before the light,
+   whichever centre is nearer. */
+
+/* Returns the share of directions that an occluder hides from lane l of a place. Of logarithms that is
+   unknown: 0, so that there are no rooms. */
+static float sfield__share_at(const sfield__item *it, const sfield__place *at, uint32_t l, int simd)
+{
+    const sfield_field *f = it->e.occlusion;
+    float first[16];
+    if (f->h.logarithm) return 0;
+#ifndef SFIELD_WITHOUT_WAVELETS
+    if (f->h.basis == SFIELD_BASIS_HAAR) return sfield__hidden_share(f, at, (int)l);
+#endif
+    sfield__fetch_lane(f, at, (int)l, 0, 8, first, simd);
+    return first[0] * sfield__y00;
+}
+
+/* Returns which lanes lie in an occluder's hull, of some whose places are p, in planes, and d2 the squares of
+   their distances from its centre. */
+static uint32_t sfield__find_inside(const sfield__item *it, const float *p, const float *d2, uint32_t lanes,
+                                    int simd)
+{
+    float local[48];
+    sfield__place at;
+    uint32_t l, near_by = 0, inside = 0;
+    for (l = 0; l < SFIELD__LANES; l++)
+        if (lanes >> l & 1 && d2[l] < it->radius[0] * it->radius[0]) near_by |= 1u << l;
+    if (!near_by) return 0;
+    sfield__move_to_local(it, 0, p, local, simd);
+    sfield__locate16(it->e.occlusion, local, &at, simd);
+    for (l = 0; l < SFIELD__LANES; l++)
+        if (near_by >> l & 1 && sfield__share_at(it, &at, l, simd) > 0.5f) inside |= 1u << l;
+    return inside;
+}
+
+static int sfield__is_in_hull(const sfield__item *it, const float *x, int simd)
+{
+    float p[48] = { 0 }, d2[SFIELD__LANES] = { 0 };
+    uint32_t k;
+    for (k = 0; k < 3; k++) {
+        p[16 * k] = x[k];
+        d2[0] += (x[k] - it->center[0][k]) * (x[k] - it->center[0][k]);
+    }
+    return sfield__find_inside(it, p, d2, 1, simd) != 0;
+}
+
+/* Lists the lights that lie in the hull of another entity. Returns 0 without memory. */
+static int sfield__find_rooms(sfield_scene *s)
+{
+    uint32_t i, j;
+    s->held = (struct sfield__tenant *)sfield__alloc_array(&s->allocator, s->overlaps, sizeof *s->held);
+    if (!s->held) return 0;
+    for (i = 0; i < s->light_count; i++)
+        for (j = 0; j < s->occluder_count; j++) {
+            const uint32_t item = s->occluder[j];
+            sfield__item *it = &s->item[item];
+            if (s->light[i] == item || s->held_count == s->overlaps) continue;
+            if (!sfield__is_in_hull(it, s->item[s->light[i]].center[1], s->simd)) continue;
+            s->held[s->held_count].light = i;
+            s->held[s->held_count++].item = item;
+            if (it->holds) continue;
+            it->holds = 1;
+            it->inscribed = 0;          /* its middle, which nobody sees from outside, hides nothing inside */
+            it->body = sfield__hash(it->body, 1) | 1;
+        }
+    return 1;
+}
+
+/* Returns whether light j lies in the hull of an entity. */
+static int sfield__is_held(const sfield_scene *s, uint32_t j, uint32_t item)
+{
+    uint32_t i;
+    if (!s->item[item].holds || j == s->light_count) return 0;
+    for (i = 0; i < s->held_count; i++)
+        if (s->held[i].light == j && s->held[i].item == item) return 1;
+    return 0;
+}
+
+/* Returns whether points lie on the room in which light j is: their self-visibility, which says that the room
+   is all around, does not count for the light. */
+static int sfield__is_home(const sfield_scene *s, const sfield_points *set, uint32_t j)
+{
+    return set->entity && set->self && sfield__is_held(s, j, set->entity - 1);
+}
+
+/* Returns the lanes from which candidate o hides light j that lies in it. */
+static uint32_t sfield__mask_room(const sfield__tile *t, uint32_t o)
+{
+    const float *d2 = t->d2 + (size_t)o * SFIELD__LANES;
+    return t->used[o] & ~sfield__find_inside(&t->s->item[t->item[o]], t->p, d2, t->used[o], t->s->simd);
+}
+
+static void sfield__start_tile(sfield__tile *t);
+static void sfield__fetch_occluder(sfield__tile *t, uint32_t i);
+static void sfield__apply_occluder(sfield__tile *t, uint32_t i, uint32_t mask, float *chain);
+
+/* Computes T of a light in the room that the points lie on, from the first of `count` occluders on. */
+static void sfield__chain_at_home(sfield__tile *t, const uint16_t *mask, uint32_t count, float *light)
+{
+    const sfield_points *set = t->set;
+    sfield_points bare = *set;
+    float *start = t->start;
+    uint32_t i;
+    bare.self = NULL;
+    t->set = &bare;
+    t->start = light;
+    sfield__start_tile(t);
+    t->set = set;
+    t->start = start;
+    for (i = 0; i < count; i++) {
+        sfield__fetch_occluder(t, t->order[i]);
+        sfield__apply_occluder(t, t->order[i], mask[i], light);
+    }
+}
+
 /* ==== src/shadowfield/shade_culling.h ==== */
 
 /* ---- shading: which occluders count for which points ---- */
@@ -9634,11 +10706,17 @@ static void sfield__find_masks(sfield__tile *t)
                 bits = t->item[o] == own
                            ? 0
                            : used & sfield__nearer16(t->d2 + (size_t)o * SFIELD__LANES, light, s->simd);
+#ifndef SFIELD_WITHOUT_ROOMS
+            if (sfield__is_held(s, j, t->item[o])) bits = sfield__mask_room(t, o);
+#endif
             mask[i] = (uint16_t)bits;
             prefix += prefix == i && bits == used;
             if (bits && cached)
                 t->hash[j] = sfield__hash(sfield__hash(t->hash[j], s->item[t->item[o]].body), bits);
         }
+#ifndef SFIELD_WITHOUT_ROOMS
+        if (sfield__is_home(s, t->set, j)) t->hash[j] = sfield__hash(t->hash[j], 1);
+#endif
         /* up to this occluder T is that of all lights, and is rounded */
         t->hash[j] = sfield__hash(t->hash[j], prefix) | 1;
         t->prefix[j] = prefix;
@@ -10463,6 +11541,12 @@ static void sfield__chain_products(sfield__tile *t, sfield_cache *cache)
             a = t->prefix[j] < last ? t->prefix[j] : last;
             if (a != i) continue;
             for (b = last; b > a && !mask[b - 1]; b--) { }
+#ifndef SFIELD_WITHOUT_ROOMS
+            if (sfield__is_home(s, t->set, j)) {
+                sfield__chain_at_home(t, mask, b, light);
+                continue;
+            }
+#endif
             memcpy(light, now, size * sizeof *light);
             for (; a < b; a++) sfield__apply_occluder(t, t->order[a], mask[a], light);
         }
@@ -10719,6 +11803,11 @@ typedef struct sfield__point {
     float       *kernels;                       /* with gloss: 3 x 6 N^2, BRDFs on texels */
     const float *kernel;                        /* the one that T begins with; NULL: the cosine */
 #endif
+#ifndef SFIELD_WITHOUT_ROOMS
+    const sfield_points *own;                    /* the set; the walk of lights in the own room, `home`, has a
+                                                    copy without self-visibility */
+    int          home;
+#endif
     uint64_t     all_hash, set_hash;             /* sfield__hash_set; and sfield__hash_brdfs of a point */
     uint32_t     chain, chains;                  /* T of the moment, of so many */
     sfield_scene_stats stats;
@@ -10810,6 +11899,50 @@ static void sfield__hide_texels(sfield__point *p, uint32_t map)
         sfield__shade_faces(p);
 }
 
+/* ==== src/shadowfield/wavelets_rooms.h ==== */
+
+/* ---- wavelets: lights inside of what hides ---- */
+
+/* Takes a room behind the light that it holds. Lights that it does not hold stay behind it. */
+static void sfield__take_behind(const sfield_scene *s, sfield__ray *ray, uint32_t room, uint32_t light)
+{
+    const uint32_t item = ray[room].item;
+    uint32_t i, first = room;           /* from here on: the room, and lights that it does not hold */
+    for (i = room + 1; i <= light; i++) {
+        const sfield__ray moved = ray[i];
+        if (moved.light >= 0 && !sfield__is_held(s, (uint32_t)moved.light, item)) continue;
+        memmove(ray + first + 1, ray + first, (i - first) * sizeof *ray);
+        ray[first++] = moved;
+    }
+}
+
+/* Orders rooms and the lights in them as x sees them, among the `count` entities of a point. */
+static void sfield__order_rooms(const sfield__point *p, const float *x, uint32_t count)
+{
+    const sfield_scene *s = p->s;
+    sfield__ray *ray = p->ray;
+    uint32_t i, room, light;
+    for (i = 0; i < s->held_count; i++) {
+        const struct sfield__tenant *held = &s->held[i];
+        for (room = 0; room < count && (ray[room].light >= 0 || ray[room].item != held->item);) room++;
+        for (light = 0; light < count && ray[light].light != (int)held->light;) light++;
+        if (room == count || light == count) continue;
+        if (sfield__is_in_hull(&s->item[held->item], x, s->simd)) {
+            if (room < light) sfield__take_behind(s, ray, room, light);
+        } else if (light < room) {
+            const sfield__ray moved = ray[light];
+            memmove(ray + light, ray + light + 1, (room - light) * sizeof *ray);
+            ray[room] = moved;
+        }
+    }
+}
+
+/* Returns whether any light lies in the room that a set's points lie on, beside their self-visibility. */
+static int sfield__has_home(const sfield_scene *s, const sfield_points *set)
+{
+    return set->entity && set->self && s->item[set->entity - 1].holds;
+}
+
 /* ==== src/shadowfield/wavelets_point.h ==== */
 
 /* ---- wavelets: one point, from near to far ---- */
@@ -10874,6 +12007,9 @@ static uint32_t sfield__find_rays(sfield__point *p, const float *x, const float 
 #else
     sfield__start_walk(&w, s, x, 0);
     while ((i = sfield__next_near(&w)) != SFIELD__NONE) count = sfield__add_ray(p, x, n, i, -1, count);
+#endif
+#ifndef SFIELD_WITHOUT_ROOMS
+    if (s->held_count) sfield__order_rooms(p, x, count);
 #endif
     return count;
 }
@@ -11083,6 +12219,9 @@ static void sfield__walk_rays(sfield__point *p, size_t index, const float *x, co
             fresh = 0;
             continue;
         }
+#ifndef SFIELD_WITHOUT_ROOMS
+        if (sfield__is_home(s, p->own, slot) != p->home) continue;
+#endif
         kept = sfield__keeps_light(cache, slot) ? &cache->hash[sfield__slot_of(p, index, slot)] : NULL;
         if (kept && *kept == hash[slot]) continue;
         if (!fresh && !sparse && (kept || (it && !it->map))) {
@@ -11121,7 +12260,11 @@ static uint32_t sfield__find_stale(sfield__point *p, size_t index, uint32_t coun
             continue;
         }
         if (i == count && !sky && !p->set->ambient) continue;
+#ifndef SFIELD_WITHOUT_ROOMS
+        hash[slot] = (sfield__is_home(s, p->set, slot) ? sfield__hash(before, 1) : before) | 1;
+#else
         hash[slot] = before | 1;
+#endif
         if (sfield__keeps_light(cache, slot) && cache->hash[sfield__slot_of(p, index, slot)] == hash[slot])
             p->stats.reused += i < count || sky;
         else
@@ -11150,6 +12293,18 @@ static void sfield__light_chain(sfield__point *p, size_t index, const float *x, 
     sfield_cache *cache = p->set->cache;
     const int kept = sfield__keeps_light(cache, s->light_count);
     uint32_t j;
+#ifndef SFIELD_WITHOUT_ROOMS
+    p->own = p->set;
+    if (until && sfield__has_home(s, p->set)) {     /* lights of the room, without its self-visibility */
+        sfield_points bare = *p->own;
+        bare.self = NULL;
+        p->set = &bare;
+        p->home = 1;
+        sfield__walk_rays(p, index, x, n, count, hash, until, NULL);
+        p->set = p->own;
+        p->home = 0;
+    }
+#endif
     if (until) sfield__walk_rays(p, index, x, n, count, hash, until, kept ? NULL : ambient);
     for (j = 0; cache && j <= s->light_count && j < cache->lights; j++)
         if (!hash[j]) continue;                 /* the own entity's */
@@ -11416,6 +12571,9 @@ static int sfield__can_bundle(const sfield_scene *s, const sfield_points *set)
     uint32_t i;
     if (set->cache || s->desc.product == SFIELD_PRODUCT_SPARSE) return 0;
     if (set->self && set->entity && s->item[set->entity - 1].map) return 0;
+#ifndef SFIELD_WITHOUT_ROOMS
+    if (sfield__has_home(s, set)) return 0;
+#endif
     for (i = 0; i < s->item_count; i++)
         if (s->item[i].map && (s->item[i].e.occlusion || s->item[i].e.source)) return 0;
     return 1;
@@ -11875,6 +13033,9 @@ static sfield_result sfield__shade_all(sfield__job *job, sfield_scene_stats *sta
     for (i = 0; i < job->pieces; i++)           /* eight counters of 64 bits, then the overlaps */
         for (k = 0, from = &job->stats[i].points; k < 8; k++) to[k] += from[k];
     stats->overlaps = s->overlaps;
+#ifndef SFIELD_WITHOUT_ROOMS
+    stats->rooms = s->held_count;
+#endif
     return SFIELD_OK;
 }
 

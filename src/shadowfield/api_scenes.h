@@ -37,6 +37,10 @@ typedef struct sfield_scene_stats { /* what sfield_shade counted */
     uint64_t lights;                /* dot products of a point's T with a light */
     uint64_t reused;                /* those of `lights` whose T came from the cache */
     uint32_t overlaps;              /* pairs of a light and an object whose bounding spheres overlap */
+    uint32_t rooms;                 /* those of them whose light lies in the object's convex hull, by its
+                                       field: the object is taken for a convex room, which hides the light
+                                       from no point in the hull, and may from all others. In a hollow that is
+                                       not convex light goes through corners. None of logarithms */
 } sfield_scene_stats;
 
 SFIELD_DEF sfield_result sfield_scene_turn(sfield_scene *scene, const float to_world[16]);

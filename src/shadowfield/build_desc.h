@@ -31,6 +31,9 @@ static int sfield__check_kind(const sfield__logger *log, const sfield_desc *d, s
         if (!sfield__check_value(log, sfield__in(d->center[i], -1e18f, 1e18f), centers[i],
                                  (double)d->center[i], "-1e18..1e18"))
             return 0;
+    if (!sfield__check_value(log, !d->radii || d->shell_count, "desc.shell_count", 0,
+                             "2..64 with desc.radii"))
+        return 0;
     return sfield__check_value(log, d->radius == 0 || sfield__in(d->radius, 1e-18f, 1e18f), "desc.radius",
                                (double)d->radius, "0 or 1e-18..1e18") &&
            sfield__check_value(log, kind == SFIELD__KIND_OCCLUSION || !d->logarithm, "desc.logarithm",
@@ -60,6 +63,15 @@ static int sfield__set_radii(sfield__build *b)
         !sfield__check_value(&b->log, sfield__in(outer, d->inner * 1.1f, 1000), "desc.outer", (double)outer,
                       "0 or 1.1 inner..1000"))
         return 0;
+    for (i = 0; i < b->h.shells && d->radii; i++) {
+        b->radii[i] = d->radii[i];
+        if (!sfield__in(d->radii[i], 1e-3f, 1000) || (i && !(d->radii[i] > d->radii[i - 1] * 1.0002f))) {
+            sfield__log_element(&b->log, "desc.radii", i, "is", (double)d->radii[i],
+                                "0.001..1000 and 0.02 % above the one before");
+            return 0;
+        }
+    }
+    if (d->radii) return 1;
     for (i = 0; i < b->h.shells; i++) {
         float t = (float)i / (float)(b->h.shells - 1), ratio = outer / d->inner;
         b->radii[i] = b->h.spacing == SFIELD_SPACING_UNIFORM ? d->inner + t * (outer - d->inner)

@@ -54,6 +54,10 @@ static void sfield__sample_cube(const sfield__build *b, sfield__view *v, const f
     uint32_t ty, s = v->scale, n = b->h.cube_side;
     float d = sqrtf(eye[0] * eye[0] + eye[1] * eye[1] + eye[2] * eye[2]);
     float reach = d > 1.0001f ? sqrtf(1 - 1 / (d * d)) : -1, texel = 1.5f / (float)n;
+    if (sfield__is_tube(&b->emitter)) {
+        sfield__sample_tube(b, v, eye);
+        return;
+    }
     for (i = 0; i < b->cells; i++) {
         const float *to = b->texels.direction + 3 * i;
         float sum[3] = { 0, 0, 0 },
@@ -76,11 +80,18 @@ static void sfield__sample_cube(const sfield__build *b, sfield__view *v, const f
     }
 }
 
-/* Returns the radius of the sphere about an emitter's centre that holds it; 0 if the emitter has no area. */
+/* Returns the radius of the sphere about an emitter's centre that holds it; 0 if the emitter has no area, or
+   no length. */
 static float sfield__emitter_radius(const sfield_emitter *e)
 {
     const sfield__v3 u = sfield__v3_load(e->u), v = sfield__v3_load(e->v);
     float x, y;
+    if (sfield__is_tube(e)) {
+        const float size = e->kind == SFIELD_EMITTER_LINE ? 0 : e->radius;
+        x = sfield__v3_length(u);
+        if (!(x > 0) || (e->kind == SFIELD_EMITTER_CYLINDER && !(size >= 1e-17f))) return 0;
+        return sqrtf(x * x + size * size);
+    }
     if (e->kind != SFIELD_EMITTER_RECTANGLE) return e->radius;
     x = sfield__v3_length(sfield__v3_add(u, v));
     y = sfield__v3_length(sfield__v3_sub(u, v));
@@ -96,12 +107,14 @@ static sfield_result sfield__take_emitter(sfield__build *b)
     sfield_emitter *e = &b->emitter;
     const int unit = sfield__unit_vector(e->normal),
               zero = e->normal[0] == 0 && e->normal[1] == 0 && e->normal[2] == 0;
-    const char *shape =
-        e->kind == SFIELD_EMITTER_RECTANGLE ? "half the diagonal of emitter.u and v" : "emitter.radius";
+    const char *shape = e->kind == SFIELD_EMITTER_RECTANGLE ? "half the diagonal of emitter.u and v"
+                        : e->kind == SFIELD_EMITTER_LINE    ? "the length of emitter.u"
+                        : sfield__is_tube(e)                ? "the sphere about emitter.u and radius"
+                                                            : "emitter.radius";
     float fit, sine;
     uint32_t i;
     if (!sfield__check_value(&b->log, (uint32_t)e->kind < SFIELD_EMITTER_COUNT, "emitter.kind",
-                             (double)e->kind, "0..4"))
+                             (double)e->kind, "0..6"))
         return SFIELD_ERR_DESC;
     if (e->kind == SFIELD_EMITTER_DEFAULT) e->kind = SFIELD_EMITTER_SPHERE;
     for (i = 0; i < 3; i++)

@@ -12,7 +12,8 @@
 
    What it does not do
 
-   - Objects are rigid, and light does not bounce. Points are shaded: your vertices, probes or pixels.
+   - Objects are rigid. Light bounces once, from body to body, if you ask for it. Points are shaded: your
+     vertices, probes or pixels.
    - Four bands of harmonics blur everything finer than about 45 degrees; small lights need wavelets.
    - The header renders no pictures, opens no files and starts no threads.
 
@@ -111,6 +112,7 @@
      section 3.1  S_d, the environment, and its rotation         sfield_scene_environment,
                                                                  sfield_scene_turn                    T11 T12
      section 3.1  O_p, what an object hides from its own points  sfield_build_self                    -
+     section 3.1  sampling densities by a level of error         sfield_place                         -
      section 3.2  incident radiance, from far to near            sfield_incident                      T78
      section 3.2  spheres of lights and objects do not overlap   sfield_scene_desc (strict)           T80
      section 3.3  concentric shells from 0.2 r to 8 r or 20 r    sfield_desc (inner, outer)           T74
@@ -130,6 +132,7 @@
      section 5    lights that are videos, by key frames          sfield_desc (frame_count),
                                                                  sfield_entity                        -
      section 6    few vertices shaded, the others interpolated   sfield_sparse, sfield_spread         -
+     section 6    radiance from interreflections                 sfield_bounce_create                 -
 
    T.. are rows of docs/conformance.md. Where there is a -, tests/shadowfield/ has tests without a row.
 

@@ -8,6 +8,9 @@ static void sfield__free_lists(sfield_scene *s)
     sfield__free(&s->allocator, s->light);
     sfield__free(&s->allocator, s->taps);
     sfield__free(&s->allocator, s->moved);
+#ifndef SFIELD_WITHOUT_ROOMS
+    sfield__free(&s->allocator, s->held);
+#endif
 #ifndef SFIELD_WITHOUT_HIERARCHY
     sfield__free(&s->allocator, s->tree.keys);
     sfield__free(&s->allocator, s->tree.ball);
@@ -288,6 +291,9 @@ static sfield_result sfield__make_lists(sfield_scene *n, const sfield_entity *en
             n->overlaps++;
             light = i;
         }
+#ifndef SFIELD_WITHOUT_ROOMS
+    if (n->overlaps && !sfield__find_rooms(n)) return SFIELD_ERR_ALLOC;
+#endif
     if (n->overlaps && n->desc.strict)
         return sfield__fail_entity(n, SFIELD_ERR_INPUT, n->light[light],
                                    "is a light whose sphere overlaps an object's");
@@ -310,6 +316,10 @@ SFIELD_DEF sfield_result sfield_scene_entities(sfield_scene *s, const sfield_ent
     n.occluder = n.light = NULL;
     n.taps = NULL;
     n.moved = NULL;
+#ifndef SFIELD_WITHOUT_ROOMS
+    n.held = NULL;
+    n.held_count = 0;
+#endif
 #ifndef SFIELD_WITHOUT_HIERARCHY
     memset(&n.tree, 0, sizeof n.tree);
 #endif

@@ -12,6 +12,9 @@ typedef struct sfield__item {       /* of an entity */
     float    inscribed, reach;      /* of the occluder, world */
     float    was[3];                /* center[0] before the last change of the scene */
     int      identity;
+#ifndef SFIELD_WITHOUT_ROOMS
+    int      holds;                 /* not 0: a light lies in the hull of the occluder */
+#endif
     uint32_t map;                   /* wavelets, rotated: 1 + which resampling table */
     uint64_t field, body, light;    /* hashes, 0 where there is none: of the occlusion field, by address and
                                        by checksum, since another one may come to lie at the same address; of
@@ -37,6 +40,11 @@ typedef struct sfield__walk {       /* how far the occluders are looked through 
 } sfield__walk;
 #endif
 
+#ifndef SFIELD_WITHOUT_ROOMS
+struct sfield__tenant { uint32_t light, item; };  /* a light in the hull of an entity: part rooms.h */
+static int sfield__find_rooms(sfield_scene *s);
+#endif
+
 #ifndef SFIELD_WITHOUT_GLOSS
 typedef struct sfield__brdf sfield__brdf;    /* BRDFs as harmonics: part gloss.h */
 #endif
@@ -54,6 +62,10 @@ struct sfield_scene {
     uint32_t light_count, overlaps, maps;
 #ifndef SFIELD_WITHOUT_HIERARCHY
     sfield__tree tree;
+#endif
+#ifndef SFIELD_WITHOUT_ROOMS
+    struct sfield__tenant *held;      /* lights that lie in the hull of another entity */
+    uint32_t          held_count;
 #endif
 #ifndef SFIELD_WITHOUT_GLOSS
     sfield__brdf     *brdf;         /* harmonics: made when the first set with materials comes */

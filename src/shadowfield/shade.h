@@ -150,6 +150,9 @@ static sfield_result sfield__shade_all(sfield__job *job, sfield_scene_stats *sta
     for (i = 0; i < job->pieces; i++)           /* eight counters of 64 bits, then the overlaps */
         for (k = 0, from = &job->stats[i].points; k < 8; k++) to[k] += from[k];
     stats->overlaps = s->overlaps;
+#ifndef SFIELD_WITHOUT_ROOMS
+    stats->rooms = s->held_count;
+#endif
     return SFIELD_OK;
 }
 

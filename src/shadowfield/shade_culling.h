@@ -124,11 +124,17 @@ static void sfield__find_masks(sfield__tile *t)
                 bits = t->item[o] == own
                            ? 0
                            : used & sfield__nearer16(t->d2 + (size_t)o * SFIELD__LANES, light, s->simd);
+#ifndef SFIELD_WITHOUT_ROOMS
+            if (sfield__is_held(s, j, t->item[o])) bits = sfield__mask_room(t, o);
+#endif
             mask[i] = (uint16_t)bits;
             prefix += prefix == i && bits == used;
             if (bits && cached)
                 t->hash[j] = sfield__hash(sfield__hash(t->hash[j], s->item[t->item[o]].body), bits);
         }
+#ifndef SFIELD_WITHOUT_ROOMS
+        if (sfield__is_home(s, t->set, j)) t->hash[j] = sfield__hash(t->hash[j], 1);
+#endif
         /* up to this occluder T is that of all lights, and is rounded */
         t->hash[j] = sfield__hash(t->hash[j], prefix) | 1;
         t->prefix[j] = prefix;

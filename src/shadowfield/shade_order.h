@@ -48,6 +48,12 @@ static void sfield__chain_products(sfield__tile *t, sfield_cache *cache)
             a = t->prefix[j] < last ? t->prefix[j] : last;
             if (a != i) continue;
             for (b = last; b > a && !mask[b - 1]; b--) { }
+#ifndef SFIELD_WITHOUT_ROOMS
+            if (sfield__is_home(s, t->set, j)) {
+                sfield__chain_at_home(t, mask, b, light);
+                continue;
+            }
+#endif
             memcpy(light, now, size * sizeof *light);
             for (; a < b; a++) sfield__apply_occluder(t, t->order[a], mask[a], light);
         }

@@ -183,6 +183,9 @@ static int sfield__can_bundle(const sfield_scene *s, const sfield_points *set)
     uint32_t i;
     if (set->cache || s->desc.product == SFIELD_PRODUCT_SPARSE) return 0;
     if (set->self && set->entity && s->item[set->entity - 1].map) return 0;
+#ifndef SFIELD_WITHOUT_ROOMS
+    if (sfield__has_home(s, set)) return 0;
+#endif
     for (i = 0; i < s->item_count; i++)
         if (s->item[i].map && (s->item[i].e.occlusion || s->item[i].e.source)) return 0;
     return 1;

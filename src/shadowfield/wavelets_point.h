@@ -61,6 +61,9 @@ static uint32_t sfield__find_rays(sfield__point *p, const float *x, const float 
     sfield__start_walk(&w, s, x, 0);
     while ((i = sfield__next_near(&w)) != SFIELD__NONE) count = sfield__add_ray(p, x, n, i, -1, count);
 #endif
+#ifndef SFIELD_WITHOUT_ROOMS
+    if (s->held_count) sfield__order_rooms(p, x, count);
+#endif
     return count;
 }
 
@@ -269,6 +272,9 @@ static void sfield__walk_rays(sfield__point *p, size_t index, const float *x, co
             fresh = 0;
             continue;
         }
+#ifndef SFIELD_WITHOUT_ROOMS
+        if (sfield__is_home(s, p->own, slot) != p->home) continue;
+#endif
         kept = sfield__keeps_light(cache, slot) ? &cache->hash[sfield__slot_of(p, index, slot)] : NULL;
         if (kept && *kept == hash[slot]) continue;
         if (!fresh && !sparse && (kept || (it && !it->map))) {
@@ -307,7 +313,11 @@ static uint32_t sfield__find_stale(sfield__point *p, size_t index, uint32_t coun
             continue;
         }
         if (i == count && !sky && !p->set->ambient) continue;
+#ifndef SFIELD_WITHOUT_ROOMS
+        hash[slot] = (sfield__is_home(s, p->set, slot) ? sfield__hash(before, 1) : before) | 1;
+#else
         hash[slot] = before | 1;
+#endif
         if (sfield__keeps_light(cache, slot) && cache->hash[sfield__slot_of(p, index, slot)] == hash[slot])
             p->stats.reused += i < count || sky;
         else
@@ -336,6 +346,18 @@ static void sfield__light_chain(sfield__point *p, size_t index, const float *x, 
     sfield_cache *cache = p->set->cache;
     const int kept = sfield__keeps_light(cache, s->light_count);
     uint32_t j;
+#ifndef SFIELD_WITHOUT_ROOMS
+    p->own = p->set;
+    if (until && sfield__has_home(s, p->set)) {     /* lights of the room, without its self-visibility */
+        sfield_points bare = *p->own;
+        bare.self = NULL;
+        p->set = &bare;
+        p->home = 1;
+        sfield__walk_rays(p, index, x, n, count, hash, until, NULL);
+        p->set = p->own;
+        p->home = 0;
+    }
+#endif
     if (until) sfield__walk_rays(p, index, x, n, count, hash, until, kept ? NULL : ambient);
     for (j = 0; cache && j <= s->light_count && j < cache->lights; j++)
         if (!hash[j]) continue;                 /* the own entity's */

@@ -17,6 +17,11 @@ typedef struct sfield__point {
     float       *kernels;                       /* with gloss: 3 x 6 N^2, BRDFs on texels */
     const float *kernel;                        /* the one that T begins with; NULL: the cosine */
 #endif
+#ifndef SFIELD_WITHOUT_ROOMS
+    const sfield_points *own;                    /* the set; the walk of lights in the own room, `home`, has a
+                                                    copy without self-visibility */
+    int          home;
+#endif
     uint64_t     all_hash, set_hash;             /* sfield__hash_set; and sfield__hash_brdfs of a point */
     uint32_t     chain, chains;                  /* T of the moment, of so many */
     sfield_scene_stats stats;

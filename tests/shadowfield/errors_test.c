@@ -151,10 +151,12 @@ static void bad_emitters_are_refused(void **state)
     sfield_field *f = NULL;
     int i;
     (void)state;
-    for (i = 0; i < 9; i++) {
+    for (i = 0; i < 15; i++) {
         sfield_emitter e;
         memset(&e, 0, sizeof e);
         e.radius = 1;
+        if (i >= 8) e.kind = i < 11 ? SFIELD_EMITTER_LINE : SFIELD_EMITTER_CYLINDER;
+        e.u[1] = i >= 8 ? 1.0f : 0.0f;
         switch (i) {
         case 0: e.kind = SFIELD_EMITTER_COUNT; break;
         case 1: e.radius = 0; break;
@@ -164,6 +166,12 @@ static void bad_emitters_are_refused(void **state)
         case 5: e.kind = SFIELD_EMITTER_CALLBACK; break;              /* none given */
         case 6: e.cone_half_angle = 4; break;
         case 7: e.normal[0] = 0.5f; break;
+        case 8: e.u[1] = 0; break;                                    /* no length */
+        case 9: e.u[0] = NAN; break;
+        case 10: e.u[2] = 1e18f; break;
+        case 11: e.u[1] = 0; break;
+        case 12: e.radius = 0; break;                                 /* a line is another kind */
+        case 13: e.normal[2] = 0.5f; break;
         default: e.radius = INFINITY; break;
         }
         assert_int_equal(sfield_build_emitter(&d, &e, &f, NULL), SFIELD_ERR_DESC);

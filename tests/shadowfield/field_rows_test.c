@@ -105,6 +105,121 @@ static void t73_a_sphere_lights_as_in_closed_form(void **state)
     sfield_free(sh);
 }
 
+/* Irradiance of a point h away from the middle of a tube's axis, facing it: of a line of length 2 a and radiance times
+   diameter 1; of the side of a cylinder of radius r and radiance 1, a configuration factor (Hamilton and Morgan 1952)
+   for each half. */
+static double line_facing(double a, double h)
+{
+    const double t = atan(a / h);
+    return (t + sin(t) * cos(t)) / h;
+}
+
+static double cylinder_facing(double a, double r, double h)
+{
+    const double l = a / r, n = h / r, x = (1 + n) * (1 + n) + l * l, y = (1 - n) * (1 - n) + l * l;
+    return 2 * (atan(l / sqrt(n * n - 1)) / n + l * (x - 2 * n) / (n * sqrt(x * y)) *
+                                                    atan(sqrt(x * (n - 1) / (y * (n + 1)))) -
+                l / n * atan(sqrt((n - 1) / (n + 1))));
+}
+
+/* The same by sums over the cylinder, so that the formula above is known to be right. */
+static double cylinder_sum(double a, double r, double h)
+{
+    double sum = 0;
+    int i, j;
+    for (i = 0; i < 1000; i++)
+        for (j = 0; j < 1000; j++) {
+            const double x = a * ((i + 0.5) / 500 - 1), phi = PI * ((j + 0.5) / 500 - 1);
+            const double z = h - r * cos(phi), y = r * sin(phi), d2 = x * x + y * y + z * z;
+            const double out = z * cos(phi) - y * sin(phi);           /* towards the point, times the distance */
+            if (out > 0) sum += out * z / (d2 * d2) * (2 * a / 1000) * (2 * PI * r / 1000);
+        }
+    return sum;
+}
+
+static sfield_emitter tube_of(sfield_emitter_kind kind, double a, double r)
+{
+    sfield_emitter e;
+    memset(&e, 0, sizeof e);
+    e.kind = kind;
+    e.u[0] = (float)(0.6 * a);
+    e.u[1] = (float)(0.8 * a);
+    e.radius = (float)r;
+    e.radiance[0] = 1;
+    e.radiance[2] = 0.5f;
+    return e;
+}
+
+/* Half length 0.5. In harmonics that is what the second band says: all light comes from before the point. */
+static void lines_and_cylinders_light_as_in_closed_form(void **state)
+{
+    static const double at[3] = { 0.6, 1.5, 5 }, radii[2] = { 0.005, 0.2 };
+    static const char *const names[3] = { "a line", "a cylinder of radius 0.005", "a cylinder of radius 0.2" };
+    char name[80];
+    int kind, basis, k;
+    (void)state;
+    assert_true(fabs(cylinder_facing(0.5, 0.2, 0.6) / cylinder_sum(0.5, 0.2, 0.6) - 1) < 1e-4);
+    assert_true(fabs(cylinder_facing(0.5, 1e-4, 1.5) / 2e-4 / line_facing(0.5, 1.5) - 1) < 1e-3);
+    for (kind = 0; kind < 3; kind++)
+        for (basis = 0; basis < 2; basis++) {
+            const double r = kind ? radii[kind - 1] : 0;
+            const sfield_emitter e = tube_of(kind ? SFIELD_EMITTER_CYLINDER : SFIELD_EMITTER_LINE, 0.5, r);
+            sfield_desc desc;
+            sfield_field *f;
+            memset(&desc, 0, sizeof desc);
+            desc.basis = basis ? SFIELD_BASIS_HAAR : SFIELD_BASIS_SH;
+            desc.shell_count = 12;
+            desc.position_side = 9;
+            desc.inner = 1.1f;
+            desc.outer = 12;
+            desc.keep = 0.2f;
+            assert_int_equal(sfield_build_emitter(&desc, &e, &f, NULL), SFIELD_OK);
+            for (k = 0; k < 3; k++) {
+                const double exact = kind ? cylinder_facing(0.5, r, at[k]) : line_facing(0.5, at[k]);
+                float p[3] = { 0, 0, 0 }, c[48];
+                double measured;
+                p[2] = (float)-at[k];
+                if (basis) measured = facing(f, at[k]);
+                else {
+                    assert_int_equal(sfield_query(f, 1, p, 0, c), SFIELD_OK);
+                    measured = (double)c[2] / 0.48860251;
+                    assert_true(fabsf(c[34] - 0.5f * c[2]) < 0.01f * c[2] && fabsf(c[18]) < 1e-6f);
+                }
+                snprintf(name, sizeof name, "facing %s, length 1, %g away, %s", names[kind], at[k],
+                         basis ? "wavelets" : "harmonics");
+                CONFORM("irradiance", name, exact, measured, 0.015 * exact);            /* between shells */
+            }
+            sfield_free(f);
+        }
+}
+
+/* The sum over all directions is the intensity over the square of the distance, seen from far, and nothing end on. A
+   normal and cone leave the half of it that goes there; from inside a cylinder shines all round, as a sphere does. */
+static void tubes_shine_across_and_keep_to_their_cone(void **state)
+{
+    const sfield_emitter thin = tube_of(SFIELD_EMITTER_LINE, 0.5, 0);
+    sfield_desc desc = small_desc(SFIELD_BASIS_SH);
+    sfield_emitter e = thin;
+    sfield_field *f;
+    float p[12] = { 0, 0, 5, 0, 0, -5, 3, 4, 0, 0.024f, 0.032f, 0 }, c[4 * 48];
+    (void)state;
+    desc.shell_count = 16;
+    desc.position_side = 9;
+    desc.inner = 0.01f;
+    e.normal[2] = 1;
+    assert_int_equal(sfield_build_emitter(&desc, &e, &f, NULL), SFIELD_OK);
+    sfield_query(f, 3, p, 0, c);
+    assert_true(fabs((double)c[0] * sqrt(4 * PI) / (2 * sin(atan(0.1)) / 5) - 1) < 0.03);
+    assert_true(fabsf(c[48]) < 1e-4f * c[0] + 1e-6f && fabsf(c[96]) < 0.2f * c[0]);     /* points 11 degrees apart */
+    sfield_free(f);
+    e = tube_of(SFIELD_EMITTER_CYLINDER, 0.5, 0.2);
+    assert_int_equal(sfield_build_emitter(&desc, &e, &f, NULL), SFIELD_OK);
+    sfield_query(f, 4, p, 0, c);
+    assert_true(fabs((double)c[144] * sqrt(4 * PI) / (4 * PI) - 1) < 0.02);
+    assert_true(fabsf(c[96]) < 0.2f * c[0]);                          /* the open end shows the dark inside */
+    sfield_free(f);
+}
+
 static void t74_fields_answer_outside_and_inside(void **state)
 {
     sfield_desc desc;
@@ -580,31 +695,32 @@ static void ambient_comes_from_the_first_coefficient(void **state)
     sfield_free(f);
 }
 
-/* A rectangle as large as a galaxy or as small as an atom is the same light: all in it is times a power of two. */
+/* A light as large as a galaxy or as small as an atom is the same light: all in it is times a power of two. */
 static void lights_of_any_size_are_the_same_light(void **state)
 {
     static const int powers[5] = { 0, -50, -38, 33, 50 };
-    float c[5][3 * 3 * 16];
+    float c[10][3 * 3 * 16];
     int i, k;
     (void)state;
-    for (i = 0; i < 5; i++) {
-        const float s = (float)ldexp(1, powers[i]);
+    for (i = 0; i < 10; i++) {
+        const float s = (float)ldexp(1, powers[i % 5]);
         const float p[9] = { 0.1f * s, 0, 2 * s, -0.3f * s, s, 2 * s, 2 * s, 3 * s, -0.2f * s };
         sfield_desc desc = small_desc(SFIELD_BASIS_SH);
         sfield_emitter e;
         sfield_field *f;
         memset(&e, 0, sizeof e);
-        e.kind = SFIELD_EMITTER_RECTANGLE;
+        e.kind = i < 5 ? SFIELD_EMITTER_RECTANGLE : SFIELD_EMITTER_CYLINDER;
         e.u[0] = 0.5f * s;
         e.u[1] = 0.1f * s;
         e.v[1] = 0.7f * s;
+        e.radius = 0.2f * s;
         e.radiance[0] = e.radiance[2] = 1;
         assert_int_equal(sfield_build_emitter(&desc, &e, &f, NULL), SFIELD_OK);
         assert_int_equal(sfield_query(f, 3, p, 0, c[i]), SFIELD_OK);
         sfield_free(f);
-        for (k = 0; k < 144; k++) assert_true(c[i][k] == c[0][k]);
+        for (k = 0; k < 144; k++) assert_true(c[i][k] == c[i - i % 5][k]);
     }
-    assert_true(c[0][0] > 0.01f && c[0][0] < 1);
+    assert_true(c[0][0] > 0.01f && c[0][0] < 1 && c[5][0] > 0.01f && c[5][0] < 1);
 }
 
 /* Of wavelets: what a sphere hides is a cap, wherever on the cube it lies; texels of a corner are 5.2 times smaller
@@ -701,6 +817,8 @@ int main(void)
         cmocka_unit_test(views_see_what_rays_see),
         cmocka_unit_test(t72_a_sphere_hides_its_solid_angle),
         cmocka_unit_test(t73_a_sphere_lights_as_in_closed_form),
+        cmocka_unit_test(lines_and_cylinders_light_as_in_closed_form),
+        cmocka_unit_test(tubes_shine_across_and_keep_to_their_cone),
         cmocka_unit_test(t74_fields_answer_outside_and_inside),
         cmocka_unit_test(t77_coefficients_err_by_half_a_step_of_their_range),
         cmocka_unit_test(t81_more_wavelets_lose_less),

@@ -1,5 +1,4 @@
-/* without wavelets: harmonics are what they were, and what asks for wavelets gets an error. tests/scripts/lean.sh
-   compiles this file with the whole header and with the lean one, and compares what both print. */
+/* without wavelets: harmonics are what they were, what asks for wavelets gets an error (tests/scripts/lean.sh) */
 
 #define SHADOWFIELD_IMPLEMENTATION
 #include "shadowfield.h"
