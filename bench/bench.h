@@ -75,6 +75,7 @@ int bn_gl_sfield(const bn_options *options);
 int bn_sfield_build(const bn_options *options);
 int bn_sfield_algebra(const bn_options *options);
 int bn_sfield_accuracy(const bn_options *options);
+int bn_sfield_places(const bn_options *options);
 int bn_sfield_chess(const bn_options *options);
 int bn_sfield_crowd(const bn_options *options);
 int bn_sfield_bones(const bn_options *options);

@@ -38,6 +38,7 @@ static const struct { const char *name, *what; int (*run)(const bn_options *opti
     { "sfield_robots", "shadow fields in harmonics: walking robots, errors against rays", bn_sfield_robots },
     { "sfield_wavelet", "shadow fields in wavelets: spaceships, budgets, both ways of the product", bn_sfield_wavelet },
     { "sfield_accuracy", "shadows on a plane against rays, split into the steps of the method", bn_sfield_accuracy },
+    { "sfield_places", "fields of a model: the paper's shells, the default's and placed ones", bn_sfield_places },
     { "envshadow_lights", "time, energy and error of k lights by each method", bn_envshadow_lights },
     { "ism", "pictures by ism beside the one-bounce reference, times of its stages", bn_ism },
     { "ism_causes", "the error of ism's pictures with one cause taken away after the other", bn_ism_causes },

@@ -24,7 +24,8 @@ static const rd_key keys[] = {
     { "shell_count", RD_INTEGER, "0", 2, 64, "0", "of a field; 0: 16, with wavelets 32" },
     { "position_side", RD_INTEGER, "0", 2, 64, "0", "points a side of a shell's face; 0: 16, with wavelets 32" },
     { "cube_side", RD_WORD, "0|4|8|16|32|64", 0, 0, "0", "texels a side of a cube's face; 0: 16, with wavelets 32" },
-    { "spacing", RD_WORD, "geometric|uniform", 0, 0, "geometric", "of the shells" },
+    { "spacing", RD_WORD, "geometric|uniform|placed", 0, 0, "geometric",
+      "of the shells; placed: by measured error, of kind=occlusion and lamp" },
     { "inner", RD_NUMBER, NULL, 0, 1000, "0", "first shell, in radii; 0: 0.2" },
     { "outer", RD_NUMBER, NULL, 0, 1000, "0", "last shell, in radii; 0: 8, with wavelets 20" },
     { "keep", RD_NUMBER, NULL, 0, 1, "0", "wavelets: share of a cube's coefficients; 0: 0.01, of kind=self 0.06" },
@@ -116,6 +117,11 @@ static int plan(const rd_settings *settings, const bk_mesh *mesh, uint32_t *unit
         snprintf(error, EX_ERROR_SIZE, "shadowfield: frames are of kind=source");
         return -1;
     }
+    if (rd_setting_is(settings, "spacing", "placed") && !rd_setting_is(settings, "kind", "occlusion") &&
+        !rd_setting_is(settings, "kind", "lamp")) {
+        snprintf(error, EX_ERROR_SIZE, "shadowfield: spacing=placed is of kind=occlusion and kind=lamp");
+        return -1;
+    }
     if (rd_setting_is(settings, "kind", "lamp") || mesh->lamp_text)
         return plan_lamp(settings, mesh, error);
     if (rd_setting_is(settings, "kind", "self")) {
@@ -190,17 +196,27 @@ static int bake(const rd_settings *settings, const bk_mesh *mesh, uint32_t from,
     sfield_desc d = desc_of(settings, pool);
     const sfield_mesh m = { mesh->positions, mesh->vertices, 0, mesh->indices, 3 * mesh->triangles, NULL, NULL, NULL };
     const sfield_mesh lit = { mesh->positions, mesh->vertices, 0, mesh->lit, 3 * mesh->lit_count, NULL, NULL, NULL };
+    const int shines = rd_setting_is(settings, "kind", "lamp");
+    sfield_placement places;
     sfield_emitter lamp;
     sfield_field *field;
     sfield_result result;
+    if (shines)
+        (void)sf_emitter_of(&mesh->lamp, (float)rd_setting_number(settings, "lamp_radius"), &lamp);
+    if (rd_setting_is(settings, "spacing", "placed")) {
+        result = sfield_place(&d, shines ? NULL : &m, shines ? &lamp : NULL, 0, &places);
+        if (result != SFIELD_OK)
+            return failed("placing shells", result, error);
+        d.radii = places.radii;
+        d.shell_count = places.shell_count;
+    }
     if (from != 0 || to != units_of(settings)) {
         d.shard_begin = from;
         d.shard_end = to;
     }
     if (rd_setting_is(settings, "kind", "self"))
         result = build_self(settings, mesh, &d, &field, error);
-    else if (rd_setting_is(settings, "kind", "lamp") &&
-             sf_emitter_of(&mesh->lamp, (float)rd_setting_number(settings, "lamp_radius"), &lamp) == 0)
+    else if (shines)
         result = sfield_build_emitter(&d, &lamp, &field, NULL);
     else if (d.frame_count > 1) {
         if (build_film(mesh, &d, &field, &result, error) != 0)

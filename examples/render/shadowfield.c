@@ -50,6 +50,7 @@ typedef struct sf_state {
     size_t          peak;
     sf_gl          *gl;                 /* --backend gl */
     sf_baked        baked;
+    sf_bounces     *bounces;            /* bounce=1 */
 } sf_state;
 
 static int failed(const char *what, sfield_result result, char *error)
@@ -275,8 +276,8 @@ static int make_meshes(sf_state *s, const rd_job *job, char *error)
 
 /* ---- lights ---- */
 
-/* Lamps: spot, point, sphere, disc, rectangle. Their fields are of radiance 1: what they shine with is their entity's
-   tint. */
+/* Lamps: spot, point, sphere, disc, rectangle, line. Their fields are of radiance 1: what they shine with is their
+   entity's tint. */
 static int build_lamp(sf_state *s, const rd_job *job, size_t j, char *error)
 {
     const ex_light *l = &job->scene->lights[s->light_of[j]];
@@ -285,7 +286,7 @@ static int build_lamp(sf_state *s, const rd_job *job, size_t j, char *error)
     sfield_field *field;
     sfield_result r = SFIELD_OK;
     if (sf_emitter_of(l, s->lamp, &e) != 0) {
-        snprintf(error, EX_ERROR_SIZE, "shadowfield: line lights are not treated");
+        snprintf(error, EX_ERROR_SIZE, "shadowfield: this kind of light is not treated");
         return -1;
     }
     field = sf_baked_lamp(&s->baked, &e);
@@ -307,6 +308,9 @@ static int same_shape(const ex_light *a, const ex_light *b)
     float u = dot(a->u, a->u) * dot(b->v, b->v), v = dot(b->u, b->u) * dot(a->v, a->v);
     if (a->kind == EX_LIGHT_SPOT)
         return a->cos_half_angle == b->cos_half_angle;
+    if (a->kind == EX_LIGHT_LINE)
+        return fabsf(a->radius * sqrtf(dot(b->u, b->u)) - b->radius * sqrtf(dot(a->u, a->u))) <=
+               1e-5f * a->radius * sqrtf(dot(b->u, b->u));
     if (a->kind != EX_LIGHT_RECT)
         return 1;
     return fabsf(u - v) <= 1e-5f * u && fabsf(dot(a->u, a->v) * dot(b->u, b->u) - dot(b->u, b->v) * dot(a->u, a->u)) <=
@@ -436,8 +440,19 @@ static sfield_entity *entity_of(const sf_state *s, const ex_scene *scene, size_t
     return &s->entities[s->light_object[j] == UINT32_MAX ? scene->object_count + j : s->light_object[j]];
 }
 
-/* A light in a room: points on the walls have no notion of what lies behind the light, and would be hidden from it. An
-   object that is most of the scene counts as a room; lamps carried by smaller ones are counted as overlaps. */
+/* Is what an object hides a room about a place, for the library? See docs/shadowfield.md, Rooms. */
+static int is_room(const sfield_field *field, const float *m, float scale, const float *at)
+{
+    float local[3] = { 0, 0, 0 }, open = 1;
+    for (int k = 0; k < 3; k++)
+        for (int i = 0; i < 3; i++)
+            local[k] += m[4 * k + i] * (at[i] - m[12 + i]) / (scale * scale);
+    return sfield_ambient(field, 1, local, &open) == SFIELD_OK && open < 0.5f;
+}
+
+/* A light in an object of which the library makes no room: points on the walls have no notion of what lies behind the
+   light, and would be hidden from it. On OpenGL there are no rooms. An object that is most of the scene counts; lamps
+   carried by smaller ones are counted as overlaps. */
 static int check_enclosed(const sf_state *s, const rd_job *job, char *error)
 {
     for (size_t j = 0; j < s->light_count; j++)
@@ -445,7 +460,7 @@ static int check_enclosed(const sf_state *s, const rd_job *job, char *error)
             const ex_object *o = &job->scene->objects[i];
             const float *m = entity_of(s, job->scene, j)->transform;
             sfield_info info, lamp;
-            float d2 = 0, scale = scale_of(o);
+            float d2 = 0, scale = scale_of(o), at[3];
             if (!s->entities[i].occlusion || s->light_object[j] == i)
                 continue;
             sfield_get_info(s->entities[i].occlusion, &info);
@@ -455,8 +470,10 @@ static int check_enclosed(const sf_state *s, const rd_job *job, char *error)
                 float c = t[k] * p[0] + t[4 + k] * p[1] + t[8 + k] * p[2] + t[12 + k];
                 float l = m[k] * lamp.center[0] + m[4 + k] * lamp.center[1] + m[8 + k] * lamp.center[2] + m[12 + k];
                 d2 += (l - c) * (l - c);
+                at[k] = l;
             }
-            if (scale * info.radius > 0.75f * job->radius && d2 < scale * scale * info.radius * info.radius) {
+            if (scale * info.radius > 0.75f * job->radius && d2 < scale * scale * info.radius * info.radius &&
+                (job->gl || !is_room(s->entities[i].occlusion, o->transform, scale, at))) {
                 snprintf(error, EX_ERROR_SIZE,
                          "shadowfield: a light lies inside the bounding sphere of %.40s, which would "
                          "hide it from itself",
@@ -483,7 +500,7 @@ static void rect_frame(const ex_light *l, float f[9])
         f[3 + k] = f[6 + (k + 1) % 3] * f[(k + 2) % 3] - f[6 + (k + 2) % 3] * f[(k + 1) % 3];
 }
 
-/* Spots and discs, which are round, turn from where they pointed by the shortest way. */
+/* Spots, discs and lines, which are round, turn from where they pointed by the shortest way. */
 static void turn_round(const float *aim, const float *d, float *m)
 {
     float v[3] = { aim[1] * d[2] - aim[2] * d[1], aim[2] * d[0] - aim[0] * d[2], aim[0] * d[1] - aim[1] * d[0] };
@@ -513,6 +530,12 @@ static void place_lamp(const sf_state *s, const ex_light *l, const ex_light *bui
     float *m = e->transform, scale = small ? 1 : l->radius / built->radius;
     if (l->kind == EX_LIGHT_SPOT || l->kind == EX_LIGHT_DISC)
         turn_round(built->direction, l->direction, m);
+    if (l->kind == EX_LIGHT_LINE) {
+        const float now = sqrtf(dot(l->u, l->u)), before = sqrtf(dot(built->u, built->u));
+        const float from[3] = { built->u[0] / before, built->u[1] / before, built->u[2] / before };
+        const float to[3] = { l->u[0] / now, l->u[1] / now, l->u[2] / now };
+        turn_round(from, to, m);
+    }
     if (l->kind == EX_LIGHT_RECT) {
         float now[9], before[9];
         scale = sqrtf(dot(l->u, l->u) / dot(built->u, built->u));
@@ -525,7 +548,9 @@ static void place_lamp(const sf_state *s, const ex_light *l, const ex_light *bui
     for (int k = 0; k < 3; k++) {
         for (int i = 0; i < 3; i++)
             m[4 * k + i] *= scale;
-        m[12 + k] = l->position[k] + (l->kind == EX_LIGHT_RECT ? 0.5f * (l->u[k] + l->v[k]) : 0);
+        m[12 + k] = l->position[k];
+        if (l->kind == EX_LIGHT_RECT || l->kind == EX_LIGHT_LINE)
+            m[12 + k] += 0.5f * (l->u[k] + (l->kind == EX_LIGHT_RECT ? l->v[k] : 0));
         e->tint[k] = small ? l->value[k] / (3.14159265f * s->lamp * s->lamp) : l->value[k];
     }
 }
@@ -815,6 +840,18 @@ static sfield_result sort_bones(const sf_state *s, const ex_scene *scene)
     return SFIELD_OK;
 }
 
+/* bounce=1: rigid objects get the light that they send on as a source. */
+static sfield_result bounce(sf_state *s, const rd_job *job)
+{
+    const sfield_desc d = desc_of(job, s->basis);
+    sfield_result r = SFIELD_OK;
+    if (!rd_setting_is(job->settings, "bounce", "1"))
+        return SFIELD_OK;
+    if (!s->bounces)
+        r = sf_bounces_build(&s->bounces, job, s->surface_of, s->entities, &d);
+    return r == SFIELD_OK ? sf_bounces_light(s->bounces, s->scene, s->entities, entity_count(s)) : r;
+}
+
 static int frame_shadowfield(void *opaque, const rd_job *job, ex_image *out, char *error)
 {
     sf_state *s = opaque;
@@ -847,7 +884,9 @@ static int frame_shadowfield(void *opaque, const rd_job *job, ex_image *out, cha
         for (uint32_t i = 0; i < scene->object_count; i++)
             if (!s->surface_of[i] && s->entities[i].source)
                 add_flat(s, job, &f, i, set++);
-        r = s->cache ? keep_caches(s, scene->object_count, sets, (size_t)(set - sets), flat_from, &f) : SFIELD_OK;
+        r = bounce(s, job);
+        if (r == SFIELD_OK && s->cache)
+            r = keep_caches(s, scene->object_count, sets, (size_t)(set - sets), flat_from, &f);
         if (r != SFIELD_OK)
             good = 0;
         else if (!s->gl)
@@ -958,6 +997,7 @@ static void close_shadowfield(void *opaque)
             sf_bones_free(&s->bones[i]);
     }
     free_old_lights(s);
+    sf_bounces_free(s->bounces);
     for (size_t i = 0; i < s->light_count; i++) {
         sf_baked_drop(&s->baked, s->light[i]);
         sf_glow_free(&s->glow[i]);
@@ -994,6 +1034,19 @@ static void close_shadowfield(void *opaque)
     free(s->grazing);
     free(s->material);
     free(s);
+}
+
+/* Does what else is set go with bounce=1? Else the error is written. */
+static int can_bounce(const rd_job *job, char *error)
+{
+    const rd_settings *s = job->settings;
+    if (!rd_setting_is(s, "bounce", "1") ||
+        (!job->gl && rd_setting_is(s, "basis", "sh") && rd_setting_is(s, "product", "triple") &&
+         rd_setting_is(s, "lazy", "0") && rd_setting_is(s, "bones", "0")))
+        return 1;
+    snprintf(error, EX_ERROR_SIZE,
+             "shadowfield: bounce=1 needs --backend cpu, basis=sh, product=triple, lazy=0 and bones=0");
+    return 0;
 }
 
 static int open_shadowfield(void **opaque, const rd_job *job, char *error)
@@ -1044,9 +1097,10 @@ static int open_shadowfield(void **opaque, const rd_job *job, char *error)
         out_of_memory(error);
     } else if ((r = sfield_scene_create(&d, &s->scene)) != SFIELD_OK) {
         failed("scene", r, error);
-    } else if (sf_baked_open(&s->baked, job, s->basis, error) == 0 && make_meshes(s, job, error) == 0 &&
-               build_lights(s, job, error) == 0 && sf_baked_all_used(&s->baked, job, error) == 0 &&
-               place(s, job, error) == 0 && send_fields(s, job, error) == 0) {
+    } else if (can_bounce(job, error) && sf_baked_open(&s->baked, job, s->basis, error) == 0 &&
+               make_meshes(s, job, error) == 0 && build_lights(s, job, error) == 0 &&
+               sf_baked_all_used(&s->baked, job, error) == 0 && place(s, job, error) == 0 &&
+               send_fields(s, job, error) == 0) {
         ex_progress(NULL, 1);
         *opaque = s;
         return 0;
@@ -1089,6 +1143,7 @@ static void report_shadowfield(const void *opaque, rd_report *report)
     rd_json_integer(report->json, "products", s->stats.products);
     rd_json_integer(report->json, "culled", s->stats.culled_far + s->stats.culled_horizon + s->stats.culled_hidden);
     rd_json_integer(report->json, "overlaps", s->stats.overlaps);
+    rd_json_integer(report->json, "rooms", s->stats.rooms);
     rd_json_integer(report->json, "reused", s->stats.reused);
     rd_json_integer(report->json, "cache_bytes", caches);
 }
@@ -1102,6 +1157,10 @@ static const rd_key keys[] = {
     { "source_position_side", RD_INTEGER, "0", 2, 64, "0", "of what an object emits; 0: position_side" },
     { "source_shell_count", RD_INTEGER, "0", 2, 64, "0", "of that, which is built again when it changes; 0: shell_count" },
     { "bones", RD_WORD, "0|1", 0, 0, "0", "1: meshes that deform are rigid bodies that follow them" },
+    { "bounce", RD_WORD, "0|1", 0, 0, "0", "1: rigid objects send light on to one another, once" },
+    { "patches", RD_INTEGER, NULL, 1, 192, "24", "of bounce=1: of an object, each as bright as its light" },
+    { "bounce_shell_count", RD_INTEGER, NULL, 2, 64, "8", "of bounce=1: as shell_count" },
+    { "bounce_position_side", RD_INTEGER, NULL, 2, 64, "8", "of bounce=1: as position_side" },
     { "gloss", RD_WORD, "auto|gltf|phong", 0, 0, "auto",
       "of materials=full: glTF's BRDF, or a lobe as wide; auto: gltf" },
     { "lazy", RD_WORD, "0|1", 0, 0, "0", "1 keeps what hides each light until that moves, or the eye with materials=full" },

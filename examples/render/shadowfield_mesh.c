@@ -398,6 +398,11 @@ int sf_emitter_of(const ex_light *light, float lamp_radius, sfield_emitter *out)
             out->v[k] = 0.5f * light->v[k];
         }
         return 0;
+    case EX_LIGHT_LINE:
+        out->kind = SFIELD_EMITTER_CYLINDER;
+        for (int k = 0; k < 3; k++)
+            out->u[k] = 0.5f * light->u[k];
+        return 0;
     case EX_LIGHT_SPHERE:
         return 0;
     default:

@@ -93,6 +93,14 @@ sfield_field *sf_baked_self(sf_baked *baked, const sfield_desc *desc, const ex_m
 void sf_baked_drop(const sf_baked *baked, sfield_field *field);
 void sf_baked_free(sf_baked *baked);
 
+/* bounce=1 (shadowfield_bounce.c): one interreflection between objects that hide and do not shine. light: shades their
+   patches under what shines, and gives the entities what they send on. What build has begun, free takes back. */
+typedef struct sf_bounces sf_bounces;
+sfield_result sf_bounces_build(sf_bounces **out, const rd_job *job, const sf_surface *const *surface_of,
+                               const sfield_entity *entities, const sfield_desc *desc);
+sfield_result sf_bounces_light(sf_bounces *bounces, sfield_scene *scene, sfield_entity *entities, size_t entity_count);
+void          sf_bounces_free(sf_bounces *bounces);
+
 /* On OpenGL (shadowfield_gl.c): fields, NULL ones left out, go up; then sf_gl_shade does what sfield_shade does for
    sets with their own rgb, and with gloss where it was asked for. */
 typedef struct sf_gl sf_gl;
