@@ -982,7 +982,7 @@ typedef struct sfield_bounce sfield_bounce;     /* what a diffuse body sends on 
 SFIELD_DEF sfield_result sfield_bounce_create(const sfield_desc *desc, const sfield_mesh *mesh,
                                               const float *albedo, uint32_t patch_count, sfield_bounce **out);
 /* Cuts the surface of a body into patches and builds a source field of each, once for each body. Then, in
-   each frame: shade the points of all bodies, give each body its results (sfield_bounce_light), let its
+   each frame: shade the points of all bodies, give each body its results (sfield_bounce_update), let its
    entity have the source (sfield_bounce_source, tint 1 1 1), and shade what is to be seen. If the entities
    had the sources of the last frame when the points were shaded, each frame adds a bounce.
    desc         as for the body's occlusion field; harmonics, of visibility. Eight shells of 8 x 8 points a
@@ -1004,14 +1004,14 @@ SFIELD_DEF void sfield_bounce_points(const sfield_bounce *bounce, sfield_points 
    space of the body; all else is 0. Set `entity` and `rgb`, and `self` for a body that hides something of
    itself. If bounce or out is NULL, nothing is written. */
 
-SFIELD_DEF sfield_result sfield_bounce_light(sfield_bounce *bounce, const float *rgb);
+SFIELD_DEF sfield_result sfield_bounce_update(sfield_bounce *bounce, const float *rgb);
 /* Makes the source of the body from the light that it gets.
    rgb      results of sfield_shade for the points, 3 floats each; what is negative or not finite counts as 0
    Errors   SFIELD_ERR_ARGUMENT (NULL)
    Cost     for each patch about that of copying its part of the field */
 
 SFIELD_DEF const sfield_field *sfield_bounce_source(const sfield_bounce *bounce);
-/* Returns the source field, dark before sfield_bounce_light, which rewrites the same field; NULL for NULL.
+/* Returns the source field, dark before sfield_bounce_update, which rewrites the same field; NULL for NULL.
    Call sfield_scene_entities afterwards, so that caches notice. */
 #endif
 
@@ -6264,12 +6264,12 @@ SFIELD_DEF void sfield_bounce_points(const sfield_bounce *bounce, sfield_points 
     out->normals = bounce->normals;
 }
 
-SFIELD_DEF sfield_result sfield_bounce_light(sfield_bounce *bounce, const float *rgb)
+SFIELD_DEF sfield_result sfield_bounce_update(sfield_bounce *bounce, const float *rgb)
 {
     uint32_t p, k, c;
     if (!bounce) return SFIELD_ERR_ARGUMENT;
     if (!rgb) {
-        const sfield__logger log = sfield__logger_for(&bounce->source->log, "sfield_bounce_light");
+        const sfield__logger log = sfield__logger_for(&bounce->source->log, "sfield_bounce_update");
         return sfield__fail_null(&log, "rgb");
     }
     for (p = 0; p < bounce->patches; p++)

@@ -17,7 +17,7 @@ BEGIN {
     nouns = "ambient angle as atlas basis block brdf budget bytes callback cluster coordinates cosine count data depth depths direct " \
         "direction directions domain dot emissive emitter entities environment file fill glsl image importances incident " \
         "indices info irradiance lights list location locations matrix mean n noise object of part points product residual " \
-        "rotation scene screen self set sh sky slots sources sparse stats storage strata sun surfels terms texel texels text " \
+        "rotation scene screen self set sh sky slots source sources sparse stats storage strata sun surfels terms texel texels text " \
         "texture triangles twin view views visible vpls window"
     split_into(verbs " " nouns, words)
     # What a name must not be or end with, and the word of the table for it.

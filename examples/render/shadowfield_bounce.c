@@ -78,7 +78,7 @@ sfield_result sf_bounces_light(sf_bounces *s, sfield_scene *scene, sfield_entity
     if (r == SFIELD_OK)
         r = sfield_shade(scene, sets, s->count, NULL);
     for (size_t i = 0; i < s->count && r == SFIELD_OK; i++) {
-        r = sfield_bounce_light(s->body[i].bounce, s->body[i].rgb);
+        r = sfield_bounce_update(s->body[i].bounce, s->body[i].rgb);
         entities[s->body[i].object].source = sfield_bounce_source(s->body[i].bounce);
         for (int k = 0; k < 3; k++)
             entities[s->body[i].object].tint[k] = 1;

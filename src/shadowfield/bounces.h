@@ -327,12 +327,12 @@ SFIELD_DEF void sfield_bounce_points(const sfield_bounce *bounce, sfield_points 
     out->normals = bounce->normals;
 }
 
-SFIELD_DEF sfield_result sfield_bounce_light(sfield_bounce *bounce, const float *rgb)
+SFIELD_DEF sfield_result sfield_bounce_update(sfield_bounce *bounce, const float *rgb)
 {
     uint32_t p, k, c;
     if (!bounce) return SFIELD_ERR_ARGUMENT;
     if (!rgb) {
-        const sfield__logger log = sfield__logger_for(&bounce->source->log, "sfield_bounce_light");
+        const sfield__logger log = sfield__logger_for(&bounce->source->log, "sfield_bounce_update");
         return sfield__fail_null(&log, "rgb");
     }
     for (p = 0; p < bounce->patches; p++)

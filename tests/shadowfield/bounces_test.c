@@ -88,7 +88,7 @@ static void facing_patches_exchange_light_by_their_form_factor(void **state)
         assert_true(points.normals[3 * i + 1] == 1 && points.positions[3 * i + 1] == 0);
         assert_true(fabsf(points.positions[3 * i]) < 0.5f && fabsf(points.positions[3 * i + 2]) < 0.5f);
     }
-    assert_int_equal(sfield_bounce_light(bounce, rgb), SFIELD_OK);
+    assert_int_equal(sfield_bounce_update(bounce, rgb), SFIELD_OK);
     for (k = 0; k < 3; k++) {
         const double exact = 0.8 * PI * form_factor(0.5, at[k]);
         float p[3] = { 0, (float)at[k], 0 }, c[48];
@@ -121,7 +121,7 @@ static void patches_add_up_to_the_whole(void **state)
     rgb = (float *)malloc(3 * points.count * sizeof *rgb);
     assert_non_null(rgb);
     for (i = 0; i < 3 * points.count; i++) rgb[i] = 1;
-    assert_int_equal(sfield_bounce_light(bounce, rgb), SFIELD_OK);
+    assert_int_equal(sfield_bounce_update(bounce, rgb), SFIELD_OK);
     assert_int_equal(sfield_build_emissive(&d, &mesh, ones, &whole, NULL), SFIELD_OK);
     for (i = 0; i < 40; i++) {
         rnd_direction(&seed, dir);
@@ -186,7 +186,7 @@ static void lit_floor(sfield_bounce *bounce, const sfield_field *plate, const sf
     floor_points.entity = 1;
     floor_points.rgb = lit;
     assert_int_equal(sfield_shade(s, &floor_points, 1, NULL), SFIELD_OK);
-    assert_int_equal(sfield_bounce_light(bounce, lit), SFIELD_OK);
+    assert_int_equal(sfield_bounce_update(bounce, lit), SFIELD_OK);
     memset(&wall, 0, sizeof wall);
     wall.count = 1;
     wall.positions = place;
@@ -283,8 +283,8 @@ static void bad_bounces_are_refused_and_nothing_leaks(void **state)
         assert_true(result == SFIELD_OK || (result == SFIELD_ERR_ALLOC && c.now == 0 && !b));
     }
     assert_true(fail > 6);
-    assert_int_equal(sfield_bounce_light(NULL, albedo), SFIELD_ERR_ARGUMENT);
-    assert_int_equal(sfield_bounce_light(b, NULL), SFIELD_ERR_ARGUMENT);
+    assert_int_equal(sfield_bounce_update(NULL, albedo), SFIELD_ERR_ARGUMENT);
+    assert_int_equal(sfield_bounce_update(b, NULL), SFIELD_ERR_ARGUMENT);
     sfield_bounce_points(NULL, &points);
     sfield_bounce_points(b, NULL);
     assert_null(sfield_bounce_source(NULL));
@@ -314,7 +314,7 @@ static void few_triangles_are_few_patches(void **state)
     sfield_query(sfield_bounce_source(b), 1, p, 0, c);
     for (i = 0; i < 48; i++) assert_true(c[i] == 0);                  /* dark, before it gets light */
     for (i = 0; i < 24; i++) rgb[i] = i % 2 ? NAN : -1;
-    assert_int_equal(sfield_bounce_light(b, rgb), SFIELD_OK);
+    assert_int_equal(sfield_bounce_update(b, rgb), SFIELD_OK);
     sfield_query(sfield_bounce_source(b), 1, p, 0, c);
     for (i = 0; i < 48; i++) assert_true(c[i] == 0);
     sfield_bounce_free(b);

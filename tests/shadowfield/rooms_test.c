@@ -160,7 +160,8 @@ static void t80_a_lamp_in_a_room_lights_it_as_without_walls(void **state)
                     worst = fmax(worst, fabs((double)lit[3 * i] - exact) / exact);
                 }
                 assert_true(most <= (b == 1 ? 0 : 1e-4));             /* wavelets: in bundles or not */
-                if (!slab && on) CONFORM_MAX("T80", names[b], 0.2, worst);        /* 4 bands; a lamp of one of 16 x 16 texels */
+                /* 4 bands; a lamp of one of 16 x 16 texels */
+                if (!slab && on) CONFORM_MAX("T80", names[b], 0.2, worst);
                 else if (slab) assert_true(worst > 0.5);                /* it hides most of the floor */
                 sfield_scene_free(s);
                 sfield_scene_free(bare);
