@@ -14,7 +14,8 @@ GLBK_DEF glbk_result glbk_ism_bounces_create(glbk_context *ctx, const glbk_ism_m
 /* Makes room for the next bounce of the VPLs of maps, which must outlive it; glbk_ism_bounces_free takes it
    back.
    maps     made with desc.keep_hits. glbk_ism_mesh_upload gives them the albedos of the mesh
-   side     a power of two, desc.tile_side at most: each VPL makes side x side texels
+   side     a power of two, desc.tile_side at most: a VPL's tile is taken in side x side cells, each of which
+            makes a texel of the next source
    out      zeroed on errors
    Memory   on the GPU: 48 bytes for each texel
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, maps were not created, or side is another.

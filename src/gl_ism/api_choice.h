@@ -20,8 +20,10 @@ typedef struct glbk_ism_choice {        /* what glbk_ism_choose needs; read only
     glbk_ism_choice_desc desc;          /* with its defaults */
     uint32_t       table;               /* GL's name of the table of VPLs that is drawn to */
     glbk_target    table_target;        /* of the table */
-    glbk_ism_sheet boxes[3];            /* of the receivers: 1024, 32, one; two layers have two corners */
-    glbk_ism_sheet effects;             /* of all texels on the picture, face above face; R32UI, bits */
+    glbk_ism_sheet boxes[3];            /* boxes about receivers: 1024 about 64 each, 32, and one about all; a
+                                           layer for the lower corners, one for the upper ones */
+    glbk_ism_sheet effects;             /* how much each texel of the source adds to the picture, face above
+                                           face; R32UI, bits of floats */
     glbk_ism_sheet importances;         /* flux times effect, and flux; RG32UI, bits of floats, as sums */
     glbk_ism_sheet row_sums[GLBK_ISM_SUM_LEVELS];       /* running sums along rows: of each block of 32
                                                            texels, of each block of 32 blocks, of all of
@@ -52,15 +54,16 @@ GLBK_DEF glbk_result glbk_ism_choose(glbk_context *ctx, glbk_ism_choice *choice,
 /* Chooses the VPLs of a frame as ism_choose does among surfaces, by passes of fragments, in place of
    glbk_ism_vpls_upload. Nothing is read back, and the CPU waits for nothing. All vpl_count VPLs are in use;
    those of a black source are black.
-   maps     those of glbk_ism_choice_create. Near points that they have are forgotten: choose on the CPU for
-            those. Tiles have windows (ism_zoom) by what seen shows, as after ism_scatter
+   maps     those of glbk_ism_choice_create. Their near points are forgotten: only ism.h makes those of
+            new VPLs. Tiles have windows (ism_zoom) by what seen shows, as after ism_scatter
    texels   the source: RGBA32UI layers, three for each face, with the bits of floats: place; unit normal;
             flux of the channels in W, and area in m^2 (what ism_source says of them). glbk_rsm_map.texels are
             such. A texel whose flux is not 0..1e30, whose place is not finite or whose normal is not unit is
             never chosen
    seen     what the camera sees: the receivers, and the matrix that says which of them lie near a texel and
-            how far VPLs may move between texels. Without the matrix nothing is guided and VPLs move as if
-            all was seen from afar. May be NULL with ISM_IMPORTANCE_FLUX; tiles have no windows then
+            how far VPLs may move between texels. If the G-buffer has no matrix (has_clip is 0), receivers
+            are looked for everywhere alike, and VPLs may move as far as if all was seen from afar. May be
+            NULL with ISM_IMPORTANCE_FLUX; tiles have no windows then
    index    number of the frame; counts if maps->desc.unstable is set
    Cost     for each texel of the source 35 texels read by flux; else besides view_grid_side^2 receivers, and
             three texels for each that its blur reaches, 169 by default. Each VPL looks at all others, and for

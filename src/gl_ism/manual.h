@@ -104,9 +104,8 @@
    (ism_scatter), unless glbk_ism_scatter does. From these lists the maps are drawn here and the pixels of a
    G-buffer are lit: surfels are drawn as discs with the depth test, pull and push fill the holes between
    them, and each pixel sums the light of its VPLs with visibility, interleaved with its neighbours and
-   blurred afterwards. If ctx->compute is set, each of these steps is one
-   dispatch in shared memory. A surfel is a triangle and barycentric coordinates in it, so geometry that moves
-   needs nothing but new positions.
+   blurred afterwards. If ctx->compute is set, each of these steps is one dispatch in shared memory. A surfel
+   is a triangle and barycentric coordinates in it, so geometry that moves needs nothing but new positions.
 
    Descs, settings and lists are the structs of ism.h with the same defaults, and results are those of ism.h
    up to the rounding of floats. One desc serves ism_create and glbk_ism_maps_create: lists of another one are

@@ -109,8 +109,8 @@ struct glbk_sfield_renderer {           /* the light of a picture; read only; ze
     glbk_texture light;                 /* GLBK_FORMAT_COLOR: rgb times albedo is radiance; a is the open
                                            share of the cosine-weighted sphere */
     glbk_texture gloss;                 /* Phong: rgb times the specular colour is radiance; metal-rough: rgb
-                                           is radiance, and light's rgb has its factor 1 - F. None without
-                                           desc.gloss and desc.materials */
+                                           is radiance, and light's rgb has its factor 1 - F. Made if
+                                           desc.gloss or desc.materials is set */
     glbk_texture grazing;               /* metal-rough: the part of gloss that F0 does not color, as
                                            sfield_points.grazing; none without desc.grazing */
     glbk_texture self;                  /* self-visibility; none without desc.self */
