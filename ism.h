@@ -542,8 +542,9 @@ ISM_DEF ism_result ism_choose(ism_maps *maps, const ism_frame *frame);
 
 ISM_DEF ism_result ism_build(ism_maps *maps, const ism_frame *frame);
 /* Renews surfels (section 5) and draws the depth maps of all VPLs (sections 3.3, 6.1). Surfels are kept as
-   barycentric coordinates: if the number of triangles stays the same, surfels that are not renewed follow the
-   mesh; if the number changes, all are made anew.
+   barycentric coordinates on numbered triangles: those that are not renewed follow the mesh. Let what comes
+   and goes stand last: surfels on triangles that are gone are renewed at once, and new triangles get theirs
+   within lazy_frames. Before a mesh with other numbers, build once without a mesh: all are made anew then.
    Errors   ISM_ERR_ARGUMENT: maps, which leaves no log, or another pointer is NULL, a count, width or stride
             is out of range, or the mesh has both kinds of indices.
             ISM_ERR_ORDER: ism_choose or ism_set_vpls must come first.
@@ -666,7 +667,8 @@ ISM_DEF ism_result ism_phase_surfels(const ism_maps *maps, uint32_t phase, ism_s
                                      size_t *count);
 /* Writes the surfels of one phase: of every VPL in turn those numbered phase, phase + lazy_frames, phase + 2
    lazy_frames and so on, surfel_count / lazy_frames rounded up of each; surfels that a VPL does not have get
-   area 0. A frame renews the phase index % lazy_frames, or all phases (stats.renewed): upload what is new.
+   area 0. A frame renews the phase index % lazy_frames, or all phases (stats.renewed), and in each of them
+   what lay on triangles that are gone: upload what is new.
    phase    below lazy_frames
    out      room for capacity surfels; may be NULL if capacity is 0
    count    how many surfels the phase has, of which capacity are written at most
@@ -3557,7 +3559,7 @@ typedef struct ism__spread_work {
     float           *area, *solid;  /* of each triangle */
     size_t           triangles;
     uint32_t         frame, period;
-    int              fresh;
+    int              fresh, fewer;  /* there are no points yet; there were more triangles */
     ism__cdf         cdf;
     ism__clusters   *clusters;
     double          *seen;          /* each cluster's share of all points by what the view sees */
@@ -5084,44 +5086,57 @@ static int ism__is_hole(const ism_mesh *mesh, const ism__surfel *p)
     return !mesh->mask_fn(mesh->user, p->triangle, weights);
 }
 
-/* Makes the points of a VPL's tile. Each VPL has stratified random numbers (j + r) / n of its own, the same
-   in every frame, so that a static scene stays as it is; one in lazy_frames of the points is made anew.
+/* Makes point number `at` of n anew, on a triangle of cluster c, by where x lies within the cluster's share.
    Points in holes of the mask stand for no area; the others stand for as much as without a mask, so that all
-   together stand for what is there. Clusters are found for several points at once, and the sums of their
-   triangles are fetched meanwhile, since no cache holds those of a large mesh. */
+   together stand for what is there. */
+static void ism__make_point(const ism__spread_work *w, const double *shares, size_t c, double x, uint32_t key,
+                            uint32_t at, uint32_t n, ism__surfel *to)
+{
+    uint32_t r = key + at * 3242174889u, s = ism__hash32(key) + at * 2447445413u;
+    double probability = ism__choose_triangle(w, shares, c, x, &to->triangle);
+    float b1, b2;
+    ism__triangle_map(ism__to_unit(r), ism__to_unit(s), &b1, &b2);
+    to->b1 = (uint16_t)(b1 * 65535.0f);
+    to->b2 = (uint16_t)(b2 * 65535.0f);
+    to->weight = probability > 0.0 ? (float)(1.0 / ((double)n * probability)) : 0.0f;
+    if (ism__is_hole(w->mesh, to)) to->weight = 0.0f;
+}
+
+/* Makes the points of a VPL's tile. Each VPL has stratified random numbers (j + r) / n of its own, the same
+   in every frame, so that a static scene stays as it is; one in lazy_frames of the points is made anew. So
+   are points whose triangles are gone, from all triangles, since they were neighbours in the strata. Clusters
+   are found for several points at once, and the sums of their triangles are fetched meanwhile, since no cache
+   holds those of a large mesh. */
 static void ism__points_of(const ism__spread_work *w, size_t v, const double *shares)
 {
     ism_maps *m = w->m;
-    const uint32_t *counts = (const uint32_t *)m->counts.data;
+    uint32_t *counts = (uint32_t *)m->counts.data + 2u * v;
     ism__surfel *points = (ism__surfel *)m->surfels.data + v * m->desc.surfel_count;
-    uint32_t n = counts[2u * v], j, key = m->desc.seed, used;
-    uint32_t k, step, clusters[ISM__AHEAD];
-    int fresh = w->fresh || n != counts[2u * v + 1u];
+    const uint32_t n = counts[0], phase = w->frame % w->period;
+    uint32_t j, key = m->desc.seed, again, used, k, numbers[ISM__AHEAD], clusters[ISM__AHEAD];
+    const int fresh = w->fresh || n != counts[1];
+    const uint32_t step = fresh || w->fewer ? 1u : w->period;
     double x[ISM__AHEAD];
     size_t c = 0, i;
     if (m->desc.unstable) key = ism__hash_combine(key, w->frame);
     key = ism__hash_combine(key, 0x9000u + (uint32_t)v);
-    step = fresh ? 1u : w->period;
-    for (j = fresh ? 0 : w->frame % w->period; j < n; j += used * step) {
-        for (used = 0; used < ISM__AHEAD && j + used * step < n; used++) {
-            uint32_t at = j + used * step;
-            double u = ((double)at + (double)ism__to_unit(ism__hash_combine(key, at))) / (double)n;
-            x[used] = u * shares[w->cluster_count];
-            clusters[used] = (uint32_t)(c = ism__find(shares, 0, w->cluster_count, c, x[used]));
+    again = ism__hash_combine(key, w->frame);
+    counts[1] = 0;
+    for (j = step > 1u ? phase : 0; j < n;) {
+        for (used = 0; used < ISM__AHEAD && j < n; j += step) {
+            const int due = fresh || j % w->period == phase;
+            const double unit = (double)ism__to_unit(ism__hash_combine(due ? key : again, j));
+            if (!due && points[j].triangle < w->triangles) continue;
+            x[used] = (due ? ((double)j + unit) / (double)n : unit) * shares[w->cluster_count];
+            c = ism__find(shares, 0, w->cluster_count, c, x[used]);
             for (i = c * w->cluster_size; i <= w->triangles && i <= (c + 1u) * w->cluster_size; i += 8u)
                 ISM__PREFETCH(w->cdf.sums + i);
+            clusters[used] = (uint32_t)c;
+            numbers[used++] = j;
         }
-        for (k = 0; k < used; k++) {
-            uint32_t at = j + k * step, r = key + at * 3242174889u, s = ism__hash32(key) + at * 2447445413u;
-            ism__surfel *to = &points[at];
-            double probability = ism__choose_triangle(w, shares, clusters[k], x[k], &to->triangle);
-            float b1, b2;
-            ism__triangle_map(ism__to_unit(r), ism__to_unit(s), &b1, &b2);
-            to->b1 = (uint16_t)(b1 * 65535.0f);
-            to->b2 = (uint16_t)(b2 * 65535.0f);
-            to->weight = probability > 0.0 ? (float)(1.0 / ((double)n * probability)) : 0.0f;
-            if (ism__is_hole(w->mesh, to)) to->weight = 0.0f;
-        }
+        for (k = 0; k < used; k++)
+            ism__make_point(w, shares, clusters[k], x[k], key, numbers[k], n, &points[numbers[k]]);
+        counts[1] += used;
     }
 }
 
@@ -5148,7 +5163,8 @@ static void ism__points_task(void *context, size_t lane)
     }
 }
 
-/* Writes for each VPL how many points it has, and how many it had in the frame before. */
+/* Writes for each VPL how many points it has, and how many it had in the frame before, in whose place
+   ism__points_of puts how many it made anew. */
 static void ism__count_points(ism_maps *m, int fresh)
 {
     uint32_t *counts = (uint32_t *)m->counts.data, i;
@@ -5202,20 +5218,6 @@ static int ism__hold_points(ism_maps *m, ism__spread_work *w)
     return 1;
 }
 
-/* Counts all surfels, and those that this frame made anew. */
-static void ism__count_renewed(ism_maps *m, const ism__spread_work *w)
-{
-    const uint32_t first = w->frame % w->period;
-    size_t i;
-    for (i = 0; i < m->desc.vpl_count; i++) {
-        const uint32_t *n = (const uint32_t *)m->counts.data + 2u * i;
-        m->stats.surfels += n[0];
-        m->stats.renewed += w->fresh || n[0] != n[1] ? n[0]
-                            : n[0] > first           ? (n[0] - first - 1u) / w->period + 1u
-                                                     : 0;
-    }
-}
-
 /* Makes the surfels of a frame: triangles are weighed, then clusters of them, then points are drawn. */
 static ism_result ism__renew_points(ism_maps *m, const ism__job *job)
 {
@@ -5231,7 +5233,8 @@ static ism_result ism__renew_points(ism_maps *m, const ism__job *job)
     w.triangles = ism__mesh_triangles(f->mesh);
     w.frame = f->index;
     w.period = m->desc.unstable ? 1u : m->desc.lazy_frames;
-    w.fresh = w.triangles != m->triangles;
+    w.fresh = !m->triangles;
+    w.fewer = w.triangles < m->triangles;
     ism__choose_spread(&w);
     if (w.triangles >= 1u << 31) {
         ism__log_value(&job->log, "the mesh's count of triangles", (double)w.triangles, "below 2^31");
@@ -5266,7 +5269,10 @@ static ism_result ism__renew_points(ism_maps *m, const ism__job *job)
     m->triangles = 0;               /* set once all points are made: a cancelled renewal begins anew */
     if (!ism__run(m, &job->part, 0.5f, 1.0f, ISM__LANES, ism__points_task, &w)) return ISM_ERR_CANCELLED;
     m->triangles = w.triangles;
-    ism__count_renewed(m, &w);
+    for (t = 0; t < m->desc.vpl_count; t++) {
+        m->stats.surfels += ((const uint32_t *)m->counts.data)[2u * t];
+        m->stats.renewed += ((const uint32_t *)m->counts.data)[2u * t + 1u];
+    }
     return ISM_OK;
 }
 

@@ -191,8 +191,8 @@ GLBK_DEF glbk_result glbk_ism_maps_create(glbk_context *ctx, const ism_desc *des
             atlas is wider than ctx->max_side. Those of programs, textures and targets */
 
 GLBK_DEF glbk_result glbk_ism_mesh_upload(glbk_context *ctx, glbk_ism_maps *maps, const ism_mesh *mesh);
-/* Sets the mesh that casts shadows. If the number of triangles changes, the surfels of all phases must be
-   given anew.
+/* Sets the mesh that casts shadows. Surfels stay on triangles of the same numbers; those on triangles that
+   are gone are not drawn. Before a mesh with other numbers set NULL: all phases must be given anew then.
    mesh     NULL = nothing casts shadows; its albedos are for glbk_ism_bounce, with desc.keep_hits
    Errors   GLBK_ERR_ARGUMENT: maps is NULL or was not created, or arrays, counts or strides do not fit.
             GLBK_ERR_INPUT: an index reaches beyond vertex_count. GLBK_ERR_LIMIT, GLBK_ERR_ALLOC */
@@ -346,6 +346,7 @@ struct glbk_ism_maps {                  /* the maps of all VPLs; read only; zero
     uint32_t     triangle_count;
     uint64_t     phases;                /* a bit for each phase whose surfels were given */
     int          drawn;                 /* not 0: glbk_ism_draw has succeeded once */
+    int          fewer;                 /* not 0: the mesh has lost triangles since glbk_ism_scatter */
     int          masked;                /* not 0: the mesh has a mask, which only ism_scatter knows */
     float        sphere[4];             /* about the mesh: centre, radius */
     glbk_texture vpls;                  /* the table of VPLs and near points */
@@ -493,10 +494,11 @@ typedef struct glbk_ism_spread {        /* what glbk_ism_scatter needs; read onl
     glbk_ism_sheet shares;              /* of the surfels of VPLs that clusters have; R32UI */
     glbk_ism_sheet share_sums[3];       /* running sums of shares */
     glbk_ism_sheet counts;              /* surfels of each VPL; R32UI, whole numbers */
+    glbk_ism_sheet gone;                /* 1 for each surfel of a layer whose triangle is gone; R8UI */
     glbk_target    surfel_target;       /* of a layer of the maps' tables of surfels */
     glbk_buffer    block;               /* the uniform block */
-    glbk_program   programs[9];         /* draw sizes, masses, shares, sums, counts and surfels, then seen and
-                                           receivers, then effects */
+    glbk_program   programs[10];        /* draw sizes, masses, shares, sums, counts, surfels and which are
+                                           gone, then seen and receivers, then effects */
 } glbk_ism_spread;
 
 GLBK_DEF glbk_result glbk_ism_spread_create(glbk_context *ctx, const glbk_ism_maps *maps,
@@ -512,16 +514,18 @@ GLBK_DEF glbk_result glbk_ism_spread_create(glbk_context *ctx, const glbk_ism_ma
 GLBK_DEF glbk_result glbk_ism_scatter(glbk_context *ctx, glbk_ism_spread *spread, glbk_ism_maps *maps,
                                       const glbk_gbuffer *seen, uint32_t index);
 /* Scatters the surfels of a frame as ism_scatter does for the same random numbers, by passes of fragments, in
-   place of glbk_ism_surfels_upload: the surfels of phase index % lazy_frames, and at first, or if the number
-   of triangles has changed, or with unstable or vary_surfels, those of all phases. Sums are of floats where
-   ism_scatter has doubles, so a surfel beside the step of a sum may lie on a neighbouring triangle. Nothing
-   is read back, and the CPU waits for nothing. Triangles and vertices are those that the maps have there.
+   place of glbk_ism_surfels_upload: the surfels of phase index % lazy_frames, and at first, or with unstable
+   or vary_surfels, those of all phases. If the mesh has lost triangles, surfels that lay on them are
+   scattered anew in all phases, and the others stay; new triangles get theirs phase by phase. Sums are of
+   floats where ism_scatter has doubles, so a surfel beside the step of a sum may lie on a neighbouring
+   triangle. Nothing is read back, and the CPU waits for nothing. Triangles and vertices are those that the
+   maps have there.
    maps     those of glbk_ism_spread_create, with a mesh that has no mask, whose holes the GPU does not know,
             and with VPLs: glbk_ism_choose or glbk_ism_vpls_upload. Without triangles nothing is done
    seen     what the camera sees: the receivers. May be NULL with ISM_SPREAD_AREA
    index    number of the frame
    Memory   on the GPU: 8 bytes for each triangle, 56 for each of at most 32,768 clusters, 24.2 for each
-            pixel, and 26 MB at most for the shares of a batch of VPLs
+            pixel, 26 MB at most for the shares of a batch of VPLs, and 1 MB
    Cost     for each triangle 8 receivers, with ISM_SPREAD_VIEW_1 one; for each VPL, by ISM_SPREAD_PAIR, every
             cluster; for each surfel 16 texels and half the triangles of a cluster
    Errors   GLBK_ERR_ARGUMENT: a pointer that must be given is NULL, or an object was not created.
@@ -616,6 +620,7 @@ GLBK_DEF void glbk_ism_bounces_free(glbk_context *ctx, glbk_ism_bounces *bounces
     X(usampler2D, glbk_ism_values, 1)           /* sequences that are summed up */                      \
     X(usampler2DArray, glbk_ism_clusters, 1)    /* of triangles: place; squares of normals */           \
     X(usampler2D, glbk_ism_shares, 1)           /* of the surfels of VPLs that clusters have */         \
+    X(usampler2D, glbk_ism_gone, 2)             /* which surfels' triangles are gone */                 \
     X(usampler2D, glbk_ism_runs0, 4)            /* running sums in blocks of 32, */                     \
     X(usampler2D, glbk_ism_runs1, 5)            /* of 32 blocks, and so on: of shares, */               \
     X(usampler2D, glbk_ism_runs2, 6)            /* or of receivers, which have five levels */           \
@@ -709,9 +714,9 @@ GLBK_DEF void glbk_ism_bounces_free(glbk_context *ctx, glbk_ism_bounces *bounces
     X(uint, pace, 1)                /* values from one that counts to the next */                       \
     X(uint, vary_surfels, 1)        /* not 0: dark VPLs have fewer surfels */                           \
     X(float, area_share, 1)         /* ism_desc.area_share, with its default */                         \
-    X(uint, unused0, 1)                                                                                 \
-    X(uint, unused1, 1)                                                                                 \
-    X(uint, unused2, 1)
+    X(uint, frame, 1)               /* its number */                                                    \
+    X(uint, keep, 1)                /* not 0: surfels stay whose triangles are there */                 \
+    X(uint, layer, 1)               /* of the table of surfels, that is drawn */
 
 #define GLBK_ISM_BLOCKS(X)                                                                              \
     X(glbk_ism_frame, 0, GLBK_ISM_FRAME_MEMBERS)                                                        \
@@ -1061,7 +1066,7 @@ static const struct { char facts[60];
 };
 
 static const struct { char facts[26];
-    char s0[1288]; char end; } glbk__glsl_lib_ism_bindings_glsl GLBK__TIGHT = {
+    char s0[1302]; char end; } glbk__glsl_lib_ism_bindings_glsl GLBK__TIGHT = {
     "lib/ism_bindings.glsl\0" "" "\0" "" "\0"
     "" "\0" "",
     "\nuniform usampler2DArray glbk_ism_vpls,glbk_ism_surfels;\n"
@@ -1080,9 +1085,9 @@ static const struct { char facts[26];
     "uniform usampler2DArray glbk_ism_sights;\n"
     "uniform usampler2D glbk_ism_windows,glbk_ism_values;\n"
     "uniform usampler2DArray glbk_ism_clusters;\n"
-    "uniform usampler2D glbk_ism_shares,glbk_ism_runs0,glbk_ism_runs1,glbk_ism_runs2,\n"
-    "glbk_ism_runs3,glbk_ism_effect_totals,glbk_ism_totals,glbk_ism_runs4,\n"
-    "glbk_ism_counts,glbk_ism_receivers,glbk_ism_masses,glbk_ism_sizes;\n"
+    "uniform usampler2D glbk_ism_shares,glbk_ism_gone,glbk_ism_runs0,glbk_ism_runs1,\n"
+    "glbk_ism_runs2,glbk_ism_runs3,glbk_ism_effect_totals,glbk_ism_totals,\n"
+    "glbk_ism_runs4,glbk_ism_counts,glbk_ism_receivers,glbk_ism_masses,glbk_ism_sizes;\n"
     "#if __VERSION__ >= 430\n"
     "layout(rgba32f,binding=0)writeonly uniform image2D glbk_ism_planes_out;\n"
     "layout(r32ui,binding=1)writeonly uniform uimage2D glbk_ism_atlas_out;\n"
@@ -1998,7 +2003,7 @@ static const struct { char facts[43];
 };
 
 static const struct { char facts[47];
-    char s0[335]; char end; } glbk__glsl_lib_ism_scattering_glsl GLBK__TIGHT = {
+    char s0[328]; char end; } glbk__glsl_lib_ism_scattering_glsl GLBK__TIGHT = {
     "lib/ism_scattering.glsl\0" "" "\0" "" "\0"
     "" "\0" "glbk_ism_scattering",
     "\nlayout(std140)uniform glbk_ism_scattering_block{\n"
@@ -2006,7 +2011,7 @@ static const struct { char facts[47];
     "view_width,view_height,views,pair,seed,key,surfel_count,phase_surfel_count,\n"
     "lazy_frames,phase,first_texel,value_count,pace,vary_surfels;\n"
     "float area_share;\n"
-    "uint unused0,unused1,unused2;\n"
+    "uint frame,keep,layer;\n"
     "}glbk_ism_scattering;\n", 0
 };
 
@@ -2516,6 +2521,18 @@ static const struct { char facts[76];
     "}\n", 0
 };
 
+static const struct { char facts[50];
+    char s0[208]; char end; } glbk__glsl_prog_ism_gone_frag GLBK__TIGHT = {
+    "prog/ism_gone.frag\0" "ism_bindings ism_scattering" "\0" "" "\0"
+    "" "\0" "",
+    "\n\n\nlayout(location=0)out uint result;\n"
+    "\nvoid main()\n"
+    "{\n"
+    "uvec4 surfel=texelFetch(glbk_ism_surfels,ivec3(gl_FragCoord.xy,glbk_ism_scattering.layer),0);\n"
+    "result=surfel.x<glbk_ism_scattering.triangle_count?0u:1u;\n"
+    "}\n", 0
+};
+
 static const struct { char facts[68];
     char s0[328]; char end; } glbk__glsl_prog_ism_holes_frag GLBK__TIGHT = {
     "prog/ism_holes.frag\0" "ism_holes" "\0" "" "\0"
@@ -2623,7 +2640,7 @@ static const struct { char facts[54];
 };
 
 static const struct { char facts[47];
-    char s0[1961]; char end; } glbk__glsl_prog_ism_points_frag GLBK__TIGHT = {
+    char s0[2141]; char end; } glbk__glsl_prog_ism_points_frag GLBK__TIGHT = {
     "prog/ism_points.frag\0" "ism_densities ism_hash" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\nlayout(location=0)out uvec4 result;\n"
@@ -2654,12 +2671,15 @@ static const struct { char facts[47];
     "x=width/all;\n"
     "return chosen;\n"
     "}\n"
-    "\n\nuvec4 ism_point(uint v,uint row,uint at,uint n)\n"
+    "\n\n\nuvec4 ism_point(uint v,uint row,uint at,uint n)\n"
     "{\n"
     "uint count=ISM_S.cluster_count,n1=ism_blocks(count),n2=ism_blocks(n1);\n"
     "uint key=ism_hash_combine(ISM_S.key,0x9000u+v);\n"
     "float all=ism_folded(glbk_ism_runs2,n2-1u,n2,row);\n"
-    "float x=(float(at)+ism_to_unit(ism_hash_combine(key,at)))/float(n)*all;\n"
+    "float x=(float(at)+ism_to_unit(ism_hash_combine(key,at)))/float(n);\n"
+    "if(ISM_S.keep!=0u)\n"
+    "x=ism_to_unit(ism_hash_combine(ism_hash_combine(key,ISM_S.frame),at));\n"
+    "x*=all;\n"
     "if(!(all>.0))return uvec4(0u);\n"
     "uint c=ism_find_in_block(glbk_ism_runs2,row,0u,n2,x);\n"
     "c=ism_find_in_block(glbk_ism_runs1,row,c,n1,x);\n"
@@ -2679,6 +2699,7 @@ static const struct { char facts[47];
     "uint each=ISM_S.phase_surfel_count,v=i/each,row=v-ISM_S.first_vpl;\n"
     "uint at=(i-v*each)*ISM_S.lazy_frames+ISM_S.phase;\n"
     "if(v<ISM_S.first_vpl||row>=ISM_S.batch)discard;\n"
+    "if(ISM_S.keep!=0u&&texelFetch(glbk_ism_gone,ivec2(gl_FragCoord.xy),0).x==0u)discard;\n"
     "uint n=texelFetch(glbk_ism_counts,ism_fold(v,ISM_S.vpl_capacity,0u),0).x;\n"
     "result=uvec4(0u);\n"
     "if(at<n)result=ism_point(v,row*ISM_S.pair,at,n);\n"
@@ -3370,6 +3391,7 @@ static const glbk_file glbk__ism_files[] = {
     { (const char *)&glbk__glsl_prog_ism_effect_frag },
     { (const char *)&glbk__glsl_prog_ism_extent_frag },
     { (const char *)&glbk__glsl_prog_ism_fill_comp },
+    { (const char *)&glbk__glsl_prog_ism_gone_frag },
     { (const char *)&glbk__glsl_prog_ism_holes_frag },
     { (const char *)&glbk__glsl_prog_ism_pairs_frag },
     { (const char *)&glbk__glsl_prog_ism_points_frag },
@@ -4055,7 +4077,8 @@ GLBK_DEF glbk_result glbk_ism_mesh_upload(glbk_context *ctx, glbk_ism_maps *m, c
     }
     if (result == GLBK_OK && count) result = glbk__ism_replace_mesh(ctx, m, mesh, count);
     if (result != GLBK_OK) return result;
-    if (count != m->triangle_count) m->phases = 0;
+    if (!count) m->phases = 0;
+    m->fewer |= count < m->triangle_count;
     m->triangle_count = (uint32_t)count;
     m->masked = mesh && mesh->mask_fn != NULL;
     return glbk__leave_created(ctx, glbk__ism_write_frame(ctx, m));
@@ -5010,7 +5033,8 @@ enum { GLBK__ISM_CLUSTERS = 32768,          /* the most clusters that there are,
        GLBK__ISM_LAYER = 1 << 20 };         /* texels of a layer of a table */
 
 enum { GLBK__ISM_MEASURE, GLBK__ISM_GATHER, GLBK__ISM_SHARE, GLBK__ISM_RUN, GLBK__ISM_COUNT,
-       GLBK__ISM_SCATTER, GLBK__ISM_SEE, GLBK__ISM_LIST, GLBK__ISM_PAIRS, GLBK__ISM_SPREAD_PROGRAMS };
+       GLBK__ISM_SCATTER, GLBK__ISM_GONE, GLBK__ISM_SEE, GLBK__ISM_LIST, GLBK__ISM_PAIRS,
+       GLBK__ISM_SPREAD_PROGRAMS };
 
 /* Makes a sheet of `rows` sequences of `count` numbers, as ism_fold.glsl has them. */
 static void glbk__ism_make_fold(glbk__ism_making *k, glbk_format format, uint32_t count, uint32_t rows,
@@ -5052,9 +5076,10 @@ static glbk_result glbk__ism_create_spread(glbk_context *ctx, const glbk_ism_map
     /* Each pass chooses the layer. */
     glbk__ism_make_target(&k, NULL, m->compute ? &m->surfels : m->phase_surfels, 1, &s->surfel_target);
     glbk__ism_make_fold(&k, GLBK_FORMAT_R32UI, m->desc.vpl_count, 1, &s->counts);
+    glbk__ism_make_sheet(&k, GLBK_FORMAT_R8UI, 1024, 1024, &s->gone);       /* of a layer's texels */
     glbk__ism_make_block(&k, sizeof(glbk_ism_scattering), &s->block);
     glbk__ism_make_passes(&k, "ism_sizes.frag\0ism_clusters.frag\0ism_shares.frag\0ism_run.frag\0"
-                          "ism_counts.frag\0ism_points.frag\0", s->programs);
+                          "ism_counts.frag\0ism_points.frag\0ism_gone.frag\0", s->programs);
     if (glbk__ism_views(&m->desc))
         glbk__ism_make_passes(&k, "ism_seen.frag\0ism_receivers.frag\0", &s->programs[GLBK__ISM_SEE]);
     if (glbk__ism_by_pair(&m->desc))
@@ -5180,6 +5205,7 @@ typedef struct glbk__ism_spreading {
     glbk_ism_maps      *maps;
     glbk_ism_spread    *spread;
     glbk_ism_scattering block;      /* the values of the uniform block */
+    uint32_t            fewer;      /* not 0: triangles are gone, and other phases' surfels stay */
     glbk_result         result;     /* of all passes so far */
 } glbk__ism_spreading;
 
@@ -5301,7 +5327,16 @@ static void glbk__ism_bind_shares(const glbk__ism_spreading *j)
     glbk__ism_bind_sheet(j, GLBK_SLOT_glbk_ism_sizes, &s->sizes);
 }
 
-/* Draws the surfels of a phase and of a batch of VPLs, into the rows of the table's layers that hold them. */
+/* Finds the surfels of a layer of their table whose triangles are gone. */
+static void glbk__ism_find_gone(glbk__ism_spreading *j, const glbk_texture *table)
+{
+    glbk__ism_begin_sheet(j, &j->spread->gone, GLBK__ISM_GONE);
+    glbk_bind_texture(j->ctx, GLBK_SLOT_glbk_ism_surfels, table);
+    glbk__ism_finish_sheet(j);
+}
+
+/* Draws the surfels of a phase and of a batch of VPLs, into the rows of the table's layers that hold them. If
+   triangles are gone, those of a phase whose turn it is not stay, if their triangles are there. */
 static void glbk__ism_draw_surfels(glbk__ism_spreading *j, uint32_t phase)
 {
     const glbk_ism_maps *m = j->maps;
@@ -5323,6 +5358,9 @@ static void glbk__ism_draw_surfels(glbk__ism_spreading *j, uint32_t phase)
         pass.viewport[3] = (int32_t)((high + 1023) / 1024 - low / 1024);
         b->phase = phase;
         b->first_texel = start - base;
+        b->layer = layer;
+        b->keep = j->fewer && phase != b->frame % b->lazy_frames;
+        if (b->keep) glbk__ism_find_gone(j, table);
         if (j->result == GLBK_OK) j->result = glbk_begin(j->ctx, &pass, &s->programs[GLBK__ISM_SCATTER]);
         if (j->result == GLBK_OK)
             j->result = glbk__put_block(j->ctx, GLBK_SLOT_glbk_ism_scattering, &s->block, b);
@@ -5330,6 +5368,7 @@ static void glbk__ism_draw_surfels(glbk__ism_spreading *j, uint32_t phase)
         j->ctx->gl.FramebufferTextureLayer(GLBK_GL_DRAW_FRAMEBUFFER, GLBK_GL_COLOR_ATTACHMENT0, table->name,
                                            0, (int32_t)layer);
         glbk__ism_bind_shares(j);
+        glbk__ism_bind_sheet(j, GLBK_SLOT_glbk_ism_gone, &s->gone);
         glbk_draw_screen(j->ctx);
     }
 }
@@ -5351,6 +5390,7 @@ static void glbk__ism_set_block(glbk__ism_spreading *j, uint32_t index)
     b->views = glbk__ism_views(d);
     b->pair = glbk__ism_by_pair(d) != 0;
     b->seed = d->seed;
+    b->frame = index;
     b->key = d->unstable ? glbk_ism__hash_combine(d->seed, index) : d->seed;
     b->surfel_count = d->surfel_count;
     b->phase_surfel_count = m->phase_surfel_count;
@@ -5405,8 +5445,9 @@ GLBK_DEF glbk_result glbk_ism_scatter(glbk_context *ctx, glbk_ism_spread *s, glb
     if (j.result != GLBK_OK || !m->triangle_count) return j.result;
     all = m->desc.unstable || m->desc.vary_surfels;
     for (k = 0; k < m->desc.lazy_frames; k++) all = all || !(m->phases >> k & 1);
-    first = all ? 0 : index % m->desc.lazy_frames;
-    end = all ? m->desc.lazy_frames : first + 1;
+    j.fewer = !all && m->fewer;
+    first = all || j.fewer ? 0 : index % m->desc.lazy_frames;
+    end = all || j.fewer ? m->desc.lazy_frames : first + 1;
     j.result = glbk__ism_hold_triangles(ctx, m, s);
     if (j.result == GLBK_OK && glbk__ism_views(&m->desc)) j.result = glbk__ism_hold_view(ctx, s, seen);
     if (j.result != GLBK_OK) return j.result;
@@ -5419,6 +5460,7 @@ GLBK_DEF glbk_result glbk_ism_scatter(glbk_context *ctx, glbk_ism_spread *s, glb
     glbk__ism_scatter_all(&j, first, end);
     if (j.result != GLBK_OK) return j.result;
     for (k = first; k < end; k++) m->phases |= (uint64_t)1 << k;
+    m->fewer = 0;
     return GLBK_OK;
 }
 
@@ -5430,6 +5472,7 @@ GLBK_DEF void glbk_ism_spread_free(glbk_context *ctx, glbk_ism_spread *s)
     glbk__ism_free_view(ctx, s);
     glbk__ism_free_triangles(ctx, s);
     glbk__ism_free_sheets(ctx, &s->counts, 1);
+    glbk__ism_free_sheets(ctx, &s->gone, 1);
     glbk_target_free(ctx, &s->surfel_target);
     glbk_buffer_free(ctx, &s->block);
     memset(s, 0, sizeof *s);

@@ -18,8 +18,8 @@ GLBK_DEF glbk_result glbk_ism_maps_create(glbk_context *ctx, const ism_desc *des
             atlas is wider than ctx->max_side. Those of programs, textures and targets */
 
 GLBK_DEF glbk_result glbk_ism_mesh_upload(glbk_context *ctx, glbk_ism_maps *maps, const ism_mesh *mesh);
-/* Sets the mesh that casts shadows. If the number of triangles changes, the surfels of all phases must be
-   given anew.
+/* Sets the mesh that casts shadows. Surfels stay on triangles of the same numbers; those on triangles that
+   are gone are not drawn. Before a mesh with other numbers set NULL: all phases must be given anew then.
    mesh     NULL = nothing casts shadows; its albedos are for glbk_ism_bounce, with desc.keep_hits
    Errors   GLBK_ERR_ARGUMENT: maps is NULL or was not created, or arrays, counts or strides do not fit.
             GLBK_ERR_INPUT: an index reaches beyond vertex_count. GLBK_ERR_LIMIT, GLBK_ERR_ALLOC */

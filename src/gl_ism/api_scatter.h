@@ -20,10 +20,11 @@ typedef struct glbk_ism_spread {        /* what glbk_ism_scatter needs; read onl
     glbk_ism_sheet shares;              /* of the surfels of VPLs that clusters have; R32UI */
     glbk_ism_sheet share_sums[3];       /* running sums of shares */
     glbk_ism_sheet counts;              /* surfels of each VPL; R32UI, whole numbers */
+    glbk_ism_sheet gone;                /* 1 for each surfel of a layer whose triangle is gone; R8UI */
     glbk_target    surfel_target;       /* of a layer of the maps' tables of surfels */
     glbk_buffer    block;               /* the uniform block */
-    glbk_program   programs[9];         /* draw sizes, masses, shares, sums, counts and surfels, then seen and
-                                           receivers, then effects */
+    glbk_program   programs[10];        /* draw sizes, masses, shares, sums, counts, surfels and which are
+                                           gone, then seen and receivers, then effects */
 } glbk_ism_spread;
 
 GLBK_DEF glbk_result glbk_ism_spread_create(glbk_context *ctx, const glbk_ism_maps *maps,
@@ -39,16 +40,18 @@ GLBK_DEF glbk_result glbk_ism_spread_create(glbk_context *ctx, const glbk_ism_ma
 GLBK_DEF glbk_result glbk_ism_scatter(glbk_context *ctx, glbk_ism_spread *spread, glbk_ism_maps *maps,
                                       const glbk_gbuffer *seen, uint32_t index);
 /* Scatters the surfels of a frame as ism_scatter does for the same random numbers, by passes of fragments, in
-   place of glbk_ism_surfels_upload: the surfels of phase index % lazy_frames, and at first, or if the number
-   of triangles has changed, or with unstable or vary_surfels, those of all phases. Sums are of floats where
-   ism_scatter has doubles, so a surfel beside the step of a sum may lie on a neighbouring triangle. Nothing
-   is read back, and the CPU waits for nothing. Triangles and vertices are those that the maps have there.
+   place of glbk_ism_surfels_upload: the surfels of phase index % lazy_frames, and at first, or with unstable
+   or vary_surfels, those of all phases. If the mesh has lost triangles, surfels that lay on them are
+   scattered anew in all phases, and the others stay; new triangles get theirs phase by phase. Sums are of
+   floats where ism_scatter has doubles, so a surfel beside the step of a sum may lie on a neighbouring
+   triangle. Nothing is read back, and the CPU waits for nothing. Triangles and vertices are those that the
+   maps have there.
    maps     those of glbk_ism_spread_create, with a mesh that has no mask, whose holes the GPU does not know,
             and with VPLs: glbk_ism_choose or glbk_ism_vpls_upload. Without triangles nothing is done
    seen     what the camera sees: the receivers. May be NULL with ISM_SPREAD_AREA
    index    number of the frame
    Memory   on the GPU: 8 bytes for each triangle, 56 for each of at most 32,768 clusters, 24.2 for each
-            pixel, and 26 MB at most for the shares of a batch of VPLs
+            pixel, 26 MB at most for the shares of a batch of VPLs, and 1 MB
    Cost     for each triangle 8 receivers, with ISM_SPREAD_VIEW_1 one; for each VPL, by ISM_SPREAD_PAIR, every
             cluster; for each surfel 16 texels and half the triangles of a cluster
    Errors   GLBK_ERR_ARGUMENT: a pointer that must be given is NULL, or an object was not created.

@@ -39,6 +39,7 @@
     X(usampler2D, glbk_ism_values, 1)           /* sequences that are summed up */                      \
     X(usampler2DArray, glbk_ism_clusters, 1)    /* of triangles: place; squares of normals */           \
     X(usampler2D, glbk_ism_shares, 1)           /* of the surfels of VPLs that clusters have */         \
+    X(usampler2D, glbk_ism_gone, 2)             /* which surfels' triangles are gone */                 \
     X(usampler2D, glbk_ism_runs0, 4)            /* running sums in blocks of 32, */                     \
     X(usampler2D, glbk_ism_runs1, 5)            /* of 32 blocks, and so on: of shares, */               \
     X(usampler2D, glbk_ism_runs2, 6)            /* or of receivers, which have five levels */           \
@@ -132,9 +133,9 @@
     X(uint, pace, 1)                /* values from one that counts to the next */                       \
     X(uint, vary_surfels, 1)        /* not 0: dark VPLs have fewer surfels */                           \
     X(float, area_share, 1)         /* ism_desc.area_share, with its default */                         \
-    X(uint, unused0, 1)                                                                                 \
-    X(uint, unused1, 1)                                                                                 \
-    X(uint, unused2, 1)
+    X(uint, frame, 1)               /* its number */                                                    \
+    X(uint, keep, 1)                /* not 0: surfels stay whose triangles are there */                 \
+    X(uint, layer, 1)               /* of the table of surfels, that is drawn */
 
 #define GLBK_ISM_BLOCKS(X)                                                                              \
     X(glbk_ism_frame, 0, GLBK_ISM_FRAME_MEMBERS)                                                        \

@@ -38,13 +38,17 @@ uint ism_choose_triangle(uint c, float share, inout float x)
     return chosen;
 }
 
-// Makes surfel number `at` of n of VPL v. row: of its shares
+// Makes surfel number `at` of n of VPL v. row: of its shares. Of surfels whose triangles are gone, which were
+// neighbours in the strata, each is drawn from all triangles.
 uvec4 ism_point(uint v, uint row, uint at, uint n)
 {
     uint count = ISM_S.cluster_count, n1 = ism_blocks(count), n2 = ism_blocks(n1);
     uint key = ism_hash_combine(ISM_S.key, 0x9000u + v);
     float all = ism_folded(glbk_ism_runs2, n2 - 1u, n2, row);
-    float x = (float(at) + ism_to_unit(ism_hash_combine(key, at))) / float(n) * all;
+    float x = (float(at) + ism_to_unit(ism_hash_combine(key, at))) / float(n);
+    if (ISM_S.keep != 0u)
+        x = ism_to_unit(ism_hash_combine(ism_hash_combine(key, ISM_S.frame), at));
+    x *= all;
     if (!(all > 0.0)) return uvec4(0u);
     uint c = ism_find_in_block(glbk_ism_runs2, row, 0u, n2, x);
     c = ism_find_in_block(glbk_ism_runs1, row, c, n1, x);
@@ -65,6 +69,7 @@ void main()
     uint each = ISM_S.phase_surfel_count, v = i / each, row = v - ISM_S.first_vpl;
     uint at = (i - v * each) * ISM_S.lazy_frames + ISM_S.phase;
     if (v < ISM_S.first_vpl || row >= ISM_S.batch) discard;
+    if (ISM_S.keep != 0u && texelFetch(glbk_ism_gone, ivec2(gl_FragCoord.xy), 0).x == 0u) discard;
     uint n = texelFetch(glbk_ism_counts, ism_fold(v, ISM_S.vpl_capacity, 0u), 0).x;
     result = uvec4(0u);
     if (at < n) result = ism_point(v, row * ISM_S.pair, at, n);

@@ -5,7 +5,8 @@ enum { GLBK__ISM_CLUSTERS = 32768,          /* the most clusters that there are,
        GLBK__ISM_LAYER = 1 << 20 };         /* texels of a layer of a table */
 
 enum { GLBK__ISM_MEASURE, GLBK__ISM_GATHER, GLBK__ISM_SHARE, GLBK__ISM_RUN, GLBK__ISM_COUNT,
-       GLBK__ISM_SCATTER, GLBK__ISM_SEE, GLBK__ISM_LIST, GLBK__ISM_PAIRS, GLBK__ISM_SPREAD_PROGRAMS };
+       GLBK__ISM_SCATTER, GLBK__ISM_GONE, GLBK__ISM_SEE, GLBK__ISM_LIST, GLBK__ISM_PAIRS,
+       GLBK__ISM_SPREAD_PROGRAMS };
 
 /* Makes a sheet of `rows` sequences of `count` numbers, as ism_fold.glsl has them. */
 static void glbk__ism_make_fold(glbk__ism_making *k, glbk_format format, uint32_t count, uint32_t rows,
@@ -47,9 +48,10 @@ static glbk_result glbk__ism_create_spread(glbk_context *ctx, const glbk_ism_map
     /* Each pass chooses the layer. */
     glbk__ism_make_target(&k, NULL, m->compute ? &m->surfels : m->phase_surfels, 1, &s->surfel_target);
     glbk__ism_make_fold(&k, GLBK_FORMAT_R32UI, m->desc.vpl_count, 1, &s->counts);
+    glbk__ism_make_sheet(&k, GLBK_FORMAT_R8UI, 1024, 1024, &s->gone);       /* of a layer's texels */
     glbk__ism_make_block(&k, sizeof(glbk_ism_scattering), &s->block);
     glbk__ism_make_passes(&k, "ism_sizes.frag\0ism_clusters.frag\0ism_shares.frag\0ism_run.frag\0"
-                          "ism_counts.frag\0ism_points.frag\0", s->programs);
+                          "ism_counts.frag\0ism_points.frag\0ism_gone.frag\0", s->programs);
     if (glbk__ism_views(&m->desc))
         glbk__ism_make_passes(&k, "ism_seen.frag\0ism_receivers.frag\0", &s->programs[GLBK__ISM_SEE]);
     if (glbk__ism_by_pair(&m->desc))
@@ -175,6 +177,7 @@ typedef struct glbk__ism_spreading {
     glbk_ism_maps      *maps;
     glbk_ism_spread    *spread;
     glbk_ism_scattering block;      /* the values of the uniform block */
+    uint32_t            fewer;      /* not 0: triangles are gone, and other phases' surfels stay */
     glbk_result         result;     /* of all passes so far */
 } glbk__ism_spreading;
 
@@ -296,7 +299,16 @@ static void glbk__ism_bind_shares(const glbk__ism_spreading *j)
     glbk__ism_bind_sheet(j, GLBK_SLOT_glbk_ism_sizes, &s->sizes);
 }
 
-/* Draws the surfels of a phase and of a batch of VPLs, into the rows of the table's layers that hold them. */
+/* Finds the surfels of a layer of their table whose triangles are gone. */
+static void glbk__ism_find_gone(glbk__ism_spreading *j, const glbk_texture *table)
+{
+    glbk__ism_begin_sheet(j, &j->spread->gone, GLBK__ISM_GONE);
+    glbk_bind_texture(j->ctx, GLBK_SLOT_glbk_ism_surfels, table);
+    glbk__ism_finish_sheet(j);
+}
+
+/* Draws the surfels of a phase and of a batch of VPLs, into the rows of the table's layers that hold them. If
+   triangles are gone, those of a phase whose turn it is not stay, if their triangles are there. */
 static void glbk__ism_draw_surfels(glbk__ism_spreading *j, uint32_t phase)
 {
     const glbk_ism_maps *m = j->maps;
@@ -318,6 +330,9 @@ static void glbk__ism_draw_surfels(glbk__ism_spreading *j, uint32_t phase)
         pass.viewport[3] = (int32_t)((high + 1023) / 1024 - low / 1024);
         b->phase = phase;
         b->first_texel = start - base;
+        b->layer = layer;
+        b->keep = j->fewer && phase != b->frame % b->lazy_frames;
+        if (b->keep) glbk__ism_find_gone(j, table);
         if (j->result == GLBK_OK) j->result = glbk_begin(j->ctx, &pass, &s->programs[GLBK__ISM_SCATTER]);
         if (j->result == GLBK_OK)
             j->result = glbk__put_block(j->ctx, GLBK_SLOT_glbk_ism_scattering, &s->block, b);
@@ -325,6 +340,7 @@ static void glbk__ism_draw_surfels(glbk__ism_spreading *j, uint32_t phase)
         j->ctx->gl.FramebufferTextureLayer(GLBK_GL_DRAW_FRAMEBUFFER, GLBK_GL_COLOR_ATTACHMENT0, table->name,
                                            0, (int32_t)layer);
         glbk__ism_bind_shares(j);
+        glbk__ism_bind_sheet(j, GLBK_SLOT_glbk_ism_gone, &s->gone);
         glbk_draw_screen(j->ctx);
     }
 }
@@ -346,6 +362,7 @@ static void glbk__ism_set_block(glbk__ism_spreading *j, uint32_t index)
     b->views = glbk__ism_views(d);
     b->pair = glbk__ism_by_pair(d) != 0;
     b->seed = d->seed;
+    b->frame = index;
     b->key = d->unstable ? glbk_ism__hash_combine(d->seed, index) : d->seed;
     b->surfel_count = d->surfel_count;
     b->phase_surfel_count = m->phase_surfel_count;
@@ -400,8 +417,9 @@ GLBK_DEF glbk_result glbk_ism_scatter(glbk_context *ctx, glbk_ism_spread *s, glb
     if (j.result != GLBK_OK || !m->triangle_count) return j.result;
     all = m->desc.unstable || m->desc.vary_surfels;
     for (k = 0; k < m->desc.lazy_frames; k++) all = all || !(m->phases >> k & 1);
-    first = all ? 0 : index % m->desc.lazy_frames;
-    end = all ? m->desc.lazy_frames : first + 1;
+    j.fewer = !all && m->fewer;
+    first = all || j.fewer ? 0 : index % m->desc.lazy_frames;
+    end = all || j.fewer ? m->desc.lazy_frames : first + 1;
     j.result = glbk__ism_hold_triangles(ctx, m, s);
     if (j.result == GLBK_OK && glbk__ism_views(&m->desc)) j.result = glbk__ism_hold_view(ctx, s, seen);
     if (j.result != GLBK_OK) return j.result;
@@ -414,6 +432,7 @@ GLBK_DEF glbk_result glbk_ism_scatter(glbk_context *ctx, glbk_ism_spread *s, glb
     glbk__ism_scatter_all(&j, first, end);
     if (j.result != GLBK_OK) return j.result;
     for (k = first; k < end; k++) m->phases |= (uint64_t)1 << k;
+    m->fewer = 0;
     return GLBK_OK;
 }
 
@@ -425,6 +444,7 @@ GLBK_DEF void glbk_ism_spread_free(glbk_context *ctx, glbk_ism_spread *s)
     glbk__ism_free_view(ctx, s);
     glbk__ism_free_triangles(ctx, s);
     glbk__ism_free_sheets(ctx, &s->counts, 1);
+    glbk__ism_free_sheets(ctx, &s->gone, 1);
     glbk_target_free(ctx, &s->surfel_target);
     glbk_buffer_free(ctx, &s->block);
     memset(s, 0, sizeof *s);

@@ -92,7 +92,8 @@ GLBK_DEF glbk_result glbk_ism_mesh_upload(glbk_context *ctx, glbk_ism_maps *m, c
     }
     if (result == GLBK_OK && count) result = glbk__ism_replace_mesh(ctx, m, mesh, count);
     if (result != GLBK_OK) return result;
-    if (count != m->triangle_count) m->phases = 0;
+    if (!count) m->phases = 0;
+    m->fewer |= count < m->triangle_count;
     m->triangle_count = (uint32_t)count;
     m->masked = mesh && mesh->mask_fn != NULL;
     return glbk__leave_created(ctx, glbk__ism_write_frame(ctx, m));

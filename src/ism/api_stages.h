@@ -15,8 +15,9 @@ ISM_DEF ism_result ism_choose(ism_maps *maps, const ism_frame *frame);
 
 ISM_DEF ism_result ism_build(ism_maps *maps, const ism_frame *frame);
 /* Renews surfels (section 5) and draws the depth maps of all VPLs (sections 3.3, 6.1). Surfels are kept as
-   barycentric coordinates: if the number of triangles stays the same, surfels that are not renewed follow the
-   mesh; if the number changes, all are made anew.
+   barycentric coordinates on numbered triangles: those that are not renewed follow the mesh. Let what comes
+   and goes stand last: surfels on triangles that are gone are renewed at once, and new triangles get theirs
+   within lazy_frames. Before a mesh with other numbers, build once without a mesh: all are made anew then.
    Errors   ISM_ERR_ARGUMENT: maps, which leaves no log, or another pointer is NULL, a count, width or stride
             is out of range, or the mesh has both kinds of indices.
             ISM_ERR_ORDER: ism_choose or ism_set_vpls must come first.
@@ -139,7 +140,8 @@ ISM_DEF ism_result ism_phase_surfels(const ism_maps *maps, uint32_t phase, ism_s
                                      size_t *count);
 /* Writes the surfels of one phase: of every VPL in turn those numbered phase, phase + lazy_frames, phase + 2
    lazy_frames and so on, surfel_count / lazy_frames rounded up of each; surfels that a VPL does not have get
-   area 0. A frame renews the phase index % lazy_frames, or all phases (stats.renewed): upload what is new.
+   area 0. A frame renews the phase index % lazy_frames, or all phases (stats.renewed), and in each of them
+   what lay on triangles that are gone: upload what is new.
    phase    below lazy_frames
    out      room for capacity surfels; may be NULL if capacity is 0
    count    how many surfels the phase has, of which capacity are written at most

@@ -33,7 +33,7 @@ typedef struct ism__spread_work {
     float           *area, *solid;  /* of each triangle */
     size_t           triangles;
     uint32_t         frame, period;
-    int              fresh;
+    int              fresh, fewer;  /* there are no points yet; there were more triangles */
     ism__cdf         cdf;
     ism__clusters   *clusters;
     double          *seen;          /* each cluster's share of all points by what the view sees */

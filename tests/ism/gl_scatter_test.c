@@ -322,6 +322,54 @@ static void surfels_are_those_of_ism_scatter(void **state)
     }
 }
 
+/* A mesh that loses its last 400 triangles, gains 200 and loses 100: the same surfels as ism_scatter's in all phases,
+   those that stay to the bit as they were; by area, and by pairs of VPL and cluster. */
+static void triangles_that_come_and_go_leave_the_surfels_of_the_others(void **state)
+{
+    GL_TEST(t, state)
+    static const uint32_t counts[] = { 1500, 1100, 1300, 1300, 1200 };
+    static const ism_spread spreads[] = { ISM_SPREAD_AREA, ISM_SPREAD_PAIR };
+    size_t k, n, i, f;
+    for (k = 0; k < 2; k++) {
+        scene *s = scene_make(1500);
+        const ism_desc d = small(spreads[k]);
+        double off = 0, worst = 0;
+        size_t stayed = 0, moved = 0, left = 0;
+        ism_surfel *was[8] = { NULL };
+        uint32_t phase;
+        both b;
+        both_make(t, s, &d, &b);
+        for (f = 0; f < sizeof counts / sizeof counts[0]; f++) {
+            const uint32_t index = 3 + (uint32_t)f;
+            s->mesh.vertex_count = 3 * (size_t)counts[f];
+            assert_glbk(t, glbk_ism_mesh_upload(&t->gl, &b.maps, &s->mesh));
+            both_scatter(t, &b, index);
+            for (phase = 0; phase < 8; phase++) {
+                ism_surfel *is = read_phase(t, &b, phase, &n);
+                off = fmax(off, compare_phase(t, &b, phase, &worst));
+                for (i = 0; i < n && was[phase] && phase != index % 8; i++) {
+                    const int same = !memcmp(&is[i], &was[phase][i], sizeof is[i]);
+                    if (was[phase][i].triangle >= counts[f]) left++;
+                    else if (same) stayed++;
+                    else moved++;
+                }
+                for (i = 0; i < n; i++) assert_true(is[i].triangle < counts[f]);
+                free(was[phase]);
+                was[phase] = is;
+            }
+            assert_glbk(t, glbk_ism_draw(&t->gl, &b.maps, 0));
+        }
+        printf("spread %d: %.5f of the surfels on another triangle, areas differ by %.1e; %zu stayed, %zu had to go\n",
+               (int)d.spread, off, worst, stayed, left);
+        assert_int_equal(moved, 0);
+        assert_true(stayed > 20000 && left > 2000);
+        assert_true(off < 2e-3);
+        assert_true(worst < 2e-3);
+        for (phase = 0; phase < 8; phase++) free(was[phase]);
+        both_free(t, &b);
+    }
+}
+
 /* Without receivers, and on a mesh without area. */
 static void nothing_to_see_or_to_hit(void **state)
 {
@@ -390,6 +438,7 @@ int main(int count, char **values)
         gl_unit_test(surfels_by_area_are_even),
         gl_unit_test(solid_angles_are_those_of_a_cube),
         gl_unit_test(surfels_are_those_of_ism_scatter),
+        gl_unit_test(triangles_that_come_and_go_leave_the_surfels_of_the_others),
         gl_unit_test(nothing_to_see_or_to_hit),
         gl_unit_test(bad_arguments_are_refused)
     };

@@ -1,4 +1,4 @@
-/* points_rows_test - surfels and maps: the rows of ism/rows.h, area of an adaptive cloud (T53), lazy renewal (T54),
+/* points_rows_test - surfels and maps: the rows of ism/rows.h, area of an adaptive cloud (T53), lazy renewal (T54, E9),
    solid angles of splats (T48), pull and push (T49). */
 
 #define ISM_IMPLEMENTATION
@@ -199,6 +199,163 @@ static void lazy_renewal_reaches_all_points(void **state)
     CONFORM("T54", "points off their triangles after it bent", 0, (double)off, 0);
     ism_free(maps);
     ism_free(fresh);
+}
+
+/* ---- E9: triangles that come and go ---- */
+
+enum { STRIPS = 300, CROWD = 16, EACH = 1200 };
+
+typedef struct crowd {
+    ism_maps  *maps;
+    ism_mesh   mesh;
+    ism_points view;
+    ism_frame  frame;
+    uint32_t   lazy;
+    ism_surfel is[CROWD][EACH], was[CROWD][EACH];
+} crowd;
+
+/* STRIPS triangles of area 1 to 4, and points on them by area, for CROWD VPLs. */
+static crowd *crowd_open(uint32_t lazy_frames)
+{
+    static const float place[3] = { 0, 5, 0 }, up[3] = { 0, 1, 0 };
+    static float strips[9 * STRIPS];
+    crowd *c = (crowd *)calloc(1, sizeof *c);
+    ism_vpl v[CROWD];
+    ism_desc d;
+    uint32_t i;
+    assert_non_null(c);
+    for (i = 0; i < STRIPS; i++) {
+        const float z = (float)i, size = 2 * (float)(1 + i % 4), corners[9] = { 0, 0, z, size, 0, z, 0, 1, z };
+        memcpy(strips + 9 * i, corners, sizeof corners);
+    }
+    for (i = 0; i < CROWD; i++) v[i] = util_vpl(-1, 0, (float)i, 1, 0, 0, 1);
+    memset(&d, 0, sizeof d);
+    d.vpl_count = CROWD;
+    d.surfel_count = EACH;
+    d.tile_side = 8;
+    d.lazy_frames = lazy_frames;
+    d.spread = ISM_SPREAD_AREA;
+    assert_int_equal(ism_create(&d, &c->maps), ISM_OK);
+    assert_int_equal(ism_set_vpls(c->maps, v, CROWD), ISM_OK);
+    c->lazy = lazy_frames;
+    c->mesh.positions = strips;
+    c->view.count = 1;
+    c->view.positions = place;
+    c->view.normals = up;
+    c->frame.mesh = &c->mesh;
+    c->frame.points = &c->view;
+    return c;
+}
+
+/* Scatters a frame of that many triangles. Returns how many points are others than in the frame before, though their
+   triangle is there and it is another phase's turn; *renewed counts those of the other phases that had to move. */
+static size_t crowd_frame(crowd *c, uint32_t triangles, size_t *renewed)
+{
+    const uint32_t index = ++c->frame.index, lazy = c->lazy;
+    size_t wrong = 0, gone = 0, due = 0, n, i;
+    uint32_t v;
+    c->mesh.vertex_count = 3 * (size_t)triangles;
+    memcpy(c->was, c->is, sizeof c->is);
+    assert_int_equal(ism_scatter(c->maps, &c->frame), ISM_OK);
+    for (v = 0; v < CROWD; v++) {
+        assert_int_equal(ism_surfels(c->maps, v, c->is[v], EACH, &n), ISM_OK);
+        assert_int_equal(n, EACH);
+        for (i = 0; i < n; i++) {
+            assert_true(c->is[v][i].triangle < triangles);
+            if (i % lazy == index % lazy) due++;
+            else if (c->was[v][i].triangle >= triangles) gone++;
+            else wrong += memcmp(&c->is[v][i], &c->was[v][i], sizeof c->is[v][i]) != 0;
+        }
+    }
+    *renewed = gone;
+    if (index > 1) assert_int_equal(util_stats(c->maps).renewed, due + gone);
+    return index > 1 ? wrong : 0;
+}
+
+/* The share of the points on triangles from first on, over the share of the area that these have of `all`. */
+static double crowd_share(const crowd *c, uint32_t first, uint32_t end, uint32_t all)
+{
+    double area = 0, whole = 0, has = 0;
+    uint32_t i, v;
+    for (i = 0; i < all; i++) whole += 1 + i % 4;
+    for (i = first; i < end; i++) area += 1 + i % 4;
+    for (v = 0; v < CROWD; v++)
+        for (i = 0; i < EACH; i++) has += c->is[v][i].triangle >= first && c->is[v][i].triangle < end;
+    return has / (CROWD * EACH) / (area / whole);
+}
+
+static void triangles_that_come_and_go_leave_the_points_of_the_others(void **state)
+{
+    crowd *c = crowd_open(8);
+    size_t gone, moved, k;
+    double worst = 0;
+    uint32_t i;
+    (void)state;
+    (void)crowd_frame(c, 300, &gone);
+    assert_true(fabs(crowd_share(c, 200, 300, 300) - 1) < 1e-3);
+    moved = crowd_frame(c, 200, &gone);
+    CONFORM("T54", "100 of 300 triangles go: points of the others that move out of their turn", 0, (double)moved, 0);
+    /* a third of the points, but for those of the phase: stratified, so that one at each end of a VPL's may be off */
+    CONFORM("T54", "the same: share of the points that are drawn anew at once, of the third that lay there", 1,
+            (double)gone / (CROWD * EACH * 7 / 8 / 3.0), 0.004);
+    /* 5,600 of 19,200 points are drawn without strata: 4 sigma of their share in a tenth of the triangles */
+    for (i = 0; i < 10; i++) worst = fmax(worst, fabs(crowd_share(c, 20 * i, 20 * i + 20, 200) - 1));
+    CONFORM("T54", "the same: points in each tenth of the area left, greatest deviation from a tenth", 0, worst, 0.05);
+    for (i = 0; i < 8; i++) {
+        (void)crowd_frame(c, 200, &gone);
+        assert_int_equal(gone, 0);
+    }
+    for (worst = 0, i = 0; i < 10; i++) worst = fmax(worst, fabs(crowd_share(c, 20 * i, 20 * i + 20, 200) - 1));
+    CONFORM("T54", "the same, eight frames later: the strata are whole again", 0, worst, 0.01);
+    for (k = 0, moved = 0; k < 8; k++) {            /* 100 come: a phase of their points a frame */
+        moved += crowd_frame(c, 300, &gone);
+        assert_int_equal(gone, 0);
+        assert_true(fabs(crowd_share(c, 200, 300, 300) - (double)(k + 1) / 8) < 2e-3);
+    }
+    CONFORM("T54", "100 triangles come back: points that move out of their turn", 0, (double)moved, 0);
+    CONFORM("T54", "the same: after eight frames, points on them over their share of the area", 1,
+            crowd_share(c, 200, 300, 300), 1e-3);
+    ism_free(c->maps);
+    free(c);
+}
+
+/* Ten triangles fewer each frame: points that are drawn anew several times do not gather on the last ones. */
+static void triangles_that_go_one_after_the_other_leave_an_even_crowd(void **state)
+{
+    crowd *c = crowd_open(64);
+    double worst = 0;
+    uint32_t i, left;
+    size_t gone, moved;
+    (void)state;
+    (void)crowd_frame(c, 300, &gone);
+    for (left = 280, moved = 0; left >= 100; left -= 20) moved += crowd_frame(c, left, &gone);
+    for (i = 0; i < 10; i++) worst = fmax(worst, fabs(crowd_share(c, 10 * i, 10 * i + 10, 100) - 1));
+    printf("after ten times: a tenth of the area has a tenth of the points but for %.4f\n", worst);
+    assert_int_equal(moved, 0);
+    assert_true(worst < 0.12);      /* 1,920 points a tenth, tenths of 10 triangles of 23 to 27: 4 sigma of binomials */
+    ism_free(c->maps);
+    free(c);
+}
+
+/* A mesh with other numbers: once without a mesh, and all points are made anew, as for new maps. */
+static void without_a_mesh_all_points_begin_anew(void **state)
+{
+    crowd *c = crowd_open(8), *fresh = crowd_open(8);
+    size_t gone;
+    (void)state;
+    (void)crowd_frame(c, 300, &gone);
+    c->frame.mesh = NULL;
+    assert_int_equal(ism_scatter(c->maps, &c->frame), ISM_OK);
+    c->frame.mesh = &c->mesh;
+    c->frame.index = 0;
+    (void)crowd_frame(c, 120, &gone);
+    (void)crowd_frame(fresh, 120, &gone);
+    assert_memory_equal(c->is, fresh->is, sizeof c->is);
+    assert_int_equal(util_stats(c->maps).renewed, CROWD * EACH);
+    ism_free(c->maps);
+    ism_free(fresh->maps);
+    free(c);
+    free(fresh);
 }
 
 /* What leaks is of the size of texels and of the gaps between points, nothing else: with walls of 0.25 m wider than
@@ -469,6 +626,9 @@ int main(void)
         ISM_ROWS(cmocka_unit_test),
         cmocka_unit_test(an_adaptive_cloud_keeps_the_area),
         cmocka_unit_test(lazy_renewal_reaches_all_points),
+        cmocka_unit_test(triangles_that_come_and_go_leave_the_points_of_the_others),
+        cmocka_unit_test(triangles_that_go_one_after_the_other_leave_an_even_crowd),
+        cmocka_unit_test(without_a_mesh_all_points_begin_anew),
         cmocka_unit_test(a_sealed_box_is_dark_where_texels_are_finer),
         cmocka_unit_test(splats_have_the_sphere_s_solid_angle),
         cmocka_unit_test(slits_are_closed_up_to_eight_texels), cmocka_unit_test(pull_and_push_fill_holes),
