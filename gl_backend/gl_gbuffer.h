@@ -417,6 +417,10 @@ GLBK__DEF glbk_result glbk__refuse_element_value(const glbk_context *ctx, glbk_r
    lib/gbuffer.glsl beside files of its own part. */
 GLBK__DEF glbk_result glbk__gbuffer_program(glbk_context *ctx, const glbk_part *part, const char *name,
                                             const char *defines, glbk_program *out);
+/* The same with texts of a user, as glbk__program_of_parts takes them. */
+GLBK__DEF glbk_result glbk__gbuffer_program_with(glbk_context *ctx, const glbk_part *part, const char *name,
+                                                 const char *defines, const char *const texts[2],
+                                                 glbk_program *out);
 
 /* Copies the locations of attributes with their defaults resolved, and checks that each is at most 15 and
    used once, and that there is a position. function is __func__ of a call whose desc has them. */
@@ -1544,10 +1548,17 @@ GLBK_DEF glbk_result glbk_gbuffer_bind(glbk_context *ctx, const glbk_gbuffer *g,
     return GLBK_OK;
 }
 
+GLBK__DEF glbk_result glbk__gbuffer_program_with(glbk_context *ctx, const glbk_part *part, const char *name,
+                                                 const char *defines, const char *const texts[2],
+                                                 glbk_program *out)
+{
+    return glbk__program_of_parts(ctx, part, &glbk__gbuffer_reader, name, defines, texts, out);
+}
+
 GLBK__DEF glbk_result glbk__gbuffer_program(glbk_context *ctx, const glbk_part *part, const char *name,
                                             const char *defines, glbk_program *out)
 {
-    return glbk__program_of_parts(ctx, part, &glbk__gbuffer_reader, name, defines, NULL, out);
+    return glbk__gbuffer_program_with(ctx, part, name, defines, NULL, out);
 }
 
 /* ==== src/gl_gbuffer/drawing.h ==== */

@@ -300,6 +300,28 @@ GLBK_DEF glbk_result glbk_ism_renderer_resize(glbk_context *ctx, glbk_ism_render
 GLBK_DEF void glbk_ism_renderer_free(glbk_context *ctx, glbk_ism_renderer *renderer);
 /* Frees what glbk_ism_renderer_create made, and zeroes the struct. NULL and a zeroed renderer are allowed. */
 
+typedef struct glbk_ism_visible {       /* ism_shading.visible_fn as GLSL */
+    const char *text;                   /* GLSL of yours, which must outlive its use; NULL = none */
+    void (*bind_fn)(void *user, glbk_context *ctx);     /* called before each draw with the program in use,
+                                       ctx->program, to set uniforms and bind textures; NULL = none */
+    void *user;                         /* given to bind_fn */
+} glbk_ism_visible;
+
+GLBK_DEF glbk_result glbk_ism_renderer_see(glbk_context *ctx, glbk_ism_renderer *renderer,
+                                           const glbk_ism_visible *visible);
+/* Has glbk_ism_shade ask a function of yours in place of the maps, as ism_shade asks visible_fn: near points
+   are seen as their VPLs are, and no_maps does not count. Maps need not be drawn then. The text is compiled
+   before the library's main, may declare uniforms as it likes, and defines
+
+       float glbk_visible(uint vpl, vec3 position, vec3 geometric_normal)
+           returns how much of a VPL the receiver sees, 0..1; vpl is its number
+
+   A sampler of yours takes a unit that the library does not use: from glbk_desc.first_unit + 16 on. Pixels
+   are shaded by fragments then, also with compute. A fault in the text comes as GLBK_ERR_COMPILE or
+   GLBK_ERR_LINK from glbk_ism_shade, and is logged as "your text".
+   visible  NULL = the maps again
+   Errors   GLBK_ERR_ARGUMENT: renderer is NULL or was not created */
+
 GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *renderer,
                                     const glbk_gbuffer *gbuffer, const glbk_ism_maps *maps,
                                     const ism_shading *shading, uint32_t pairs_per_pass);
@@ -307,7 +329,8 @@ GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *render
    first use of a near_mode compiles a program.
    gbuffer          the points that are lit, of the renderer's size
    maps             whose maps glbk_ism_draw has drawn, unless shading->no_maps is set
-   shading          NULL = all defaults. visible_fn and near_visible_fn must be NULL; cull changes nothing
+   shading          NULL = all defaults. visible_fn and near_visible_fn must be NULL, since functions of C run
+                    on the CPU: glbk_ism_renderer_see. cull changes nothing
    pairs_per_pass   how many pairs of a pixel and a VPL one pass takes; 0 = 2^28. Give fewer if the driver
                     stops passes that take long
    Cost             each pixel asks vpl_count / interleave^2 VPLs, a texel of its map for each that faces it
@@ -388,6 +411,7 @@ struct glbk_ism_renderer {              /* the light of a picture; read only; ze
     glbk_program blur;
     glbk_program resolve;
     int          compute;               /* not 0: light is summed up and blurred by compute */
+    glbk_ism_visible visible;           /* of glbk_ism_renderer_see */
 };
 
 /* ==== src/gl_ism/api_choice.h ==== */
@@ -1505,7 +1529,7 @@ static const struct { char facts[37];
 };
 
 static const struct { char facts[42];
-    char s0[4001]; char s1[3731]; char end; } glbk__glsl_lib_ism_light_glsl GLBK__TIGHT = {
+    char s0[3954]; char s1[4001]; char s2[44]; char end; } glbk__glsl_lib_ism_light_glsl GLBK__TIGHT = {
     "lib/ism_light.glsl\0" "ism_access ism_view" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\n\n\n\n#ifndef ISM_NEAR\n"
@@ -1516,7 +1540,11 @@ static const struct { char facts[42];
     "#endif\n"
     "#define ISM_GRAZING 1e-4\n"
     "\n\nfloat ism_luminance(vec3 f){return(f.x+f.y+f.z)*(1./3.);}\n"
-    "\n\n\nfloat ism_visible(uint v,ism_vpl l,vec3 p,vec3 ng,float bias)\n"
+    "\n\n\n\n#ifdef GLBK_OWN_VISIBLE\n"
+    "float glbk_visible(uint vpl,vec3 position,vec3 geometric_normal);\n"
+    "float ism_visible(uint v,ism_vpl l,vec3 p,vec3 ng,float bias){return glbk_visible(v,p,ng);}\n"
+    "#else\n"
+    "float ism_visible(uint v,ism_vpl l,vec3 p,vec3 ng,float bias)\n"
     "{\n"
     "mat3 basis=l.basis;\n"
     "int size=int(ISM_F.tile_side);\n"
@@ -1547,6 +1575,7 @@ static const struct { char facts[42];
     "if(along>.5*d&&along<2.*d)d=along;\n"
     "return d*(1.-bias)<=t?1.:.0;\n"
     "}\n"
+    "#endif\n"
     "\n\nfloat ism_edge(vec3 n,vec3 a,vec3 b)\n"
     "{\n"
     "vec3 c=cross(b,a);\n"
@@ -1627,14 +1656,14 @@ static const struct { char facts[42];
     "return ism_patch_kernel(l.basis,l.edge,d,n,point,plain);\n"
     "#elif ISM_NEAR == 6\n"
     "float share=1.-ism_nearness(d2,l.reach),k=plain,point=plain;\n"
-    "if(!(share>.0))return plain=.0;\n"
+    "if(!(share>.0))return plain=.0;\n",
     "if(area>.0&&d2<9.*area)k=ism_patch_kernel(l.basis,l.edge,d,n,point,plain);\n"
     "plain*=share;\n"
     "return k*share;\n"
     "#elif ISM_NEAR == 2\n"
     "return area>.0&&d2<16.*area?ism_sphere_kernel(d,l.normal,n,l.edge):plain;\n"
     "#elif ISM_NEAR == 3\n"
-    "return min(plain,most);\n",
+    "return min(plain,most);\n"
     "#else\n"
     "return plain;\n"
     "#endif\n"
@@ -1684,6 +1713,9 @@ static const struct { char facts[42];
     "}\n"
     "\n\n\n\nfloat ism_near_visible(ism_near_point q,vec3 p,vec3 n,vec3 ng,float bias)\n"
     "{\n"
+    "#ifdef GLBK_OWN_VISIBLE\n"
+    "return glbk_visible(q.vpl,p,ng);\n"
+    "#else\n"
     "ism_vpl l=ism_read_vpl(q.vpl);\n"
     "vec3 way=l.position-q.position,d=p-q.position,at=p;\n"
     "float open=1.-clamp(-2.*dot(n,q.normal),.0,1.),lit=1.;\n"
@@ -1696,6 +1728,7 @@ static const struct { char facts[42];
     "lit=open;\n"
     "}\n"
     "return lit;\n"
+    "#endif\n"
     "}\n"
     "\n\nfloat ism_near_weight(vec3 position,float reach,vec3 normal,vec3 p,vec3 n)\n"
     "{\n"
@@ -1767,7 +1800,7 @@ static const struct { char facts[42];
     "for(uint v=first;v<count;v+=set_count)ism_add(sum,v,ism_read_vpl(v),p,n,ng,most);\n"
     "#if ISM_NEAR == 6\n"
     "return ism_scaled(sum,set_count)+ism_gather(p,n,ng,first,set_count);\n"
-    "#else\n"
+    "#else\n",
     "return ism_scaled(sum,set_count);\n"
     "#endif\n"
     "}\n", 0
@@ -3522,7 +3555,7 @@ static glbk_result glbk__ism_check_shading(const glbk_context *ctx, const char *
     if (out->visible_fn || out->near_visible_fn)
         return glbk__refuse(ctx, GLBK_ERR_DESC, function,
                             out->visible_fn ? "shading.visible_fn" : "shading.near_visible_fn",
-                            "is not NULL: on GL the maps say what is seen");
+                            "is not NULL: on GL it is GLSL, glbk_ism_renderer_see");
     if (!out->interleave) out->interleave = 1;
     if (out->near_mode == ISM_NEAR_DEFAULT) out->near_mode = ISM_NEAR_GATHER;
     if (!(out->clamp > 0)) out->clamp = 1.0f;
@@ -4468,15 +4501,20 @@ GLBK_DEF glbk_result glbk_ism_renderer_resize(glbk_context *ctx, glbk_ism_render
     return k.result;
 }
 
-GLBK_DEF void glbk_ism_renderer_free(glbk_context *ctx, glbk_ism_renderer *r)
+static void glbk__ism_free_shade(glbk_context *ctx, glbk_ism_renderer *r)
 {
     int projection, near_mode;
-    if (!r) return;
-    glbk__ism_free_pictures(ctx, r);
-    glbk_buffer_free(ctx, &r->view);
     for (projection = 0; projection < ISM_PROJECTION_COUNT; projection++)
         for (near_mode = 0; near_mode < ISM_NEAR_COUNT; near_mode++)
             glbk_program_free(ctx, &r->shade[projection][near_mode]);
+}
+
+GLBK_DEF void glbk_ism_renderer_free(glbk_context *ctx, glbk_ism_renderer *r)
+{
+    if (!r) return;
+    glbk__ism_free_pictures(ctx, r);
+    glbk__ism_free_shade(ctx, r);
+    glbk_buffer_free(ctx, &r->view);
     glbk_program_free(ctx, &r->blur);
     glbk_program_free(ctx, &r->resolve);
     memset(r, 0, sizeof *r);
@@ -4491,17 +4529,38 @@ typedef struct glbk__ism_job {
     glbk_ism_view            view;
 } glbk__ism_job;
 
+GLBK_DEF glbk_result glbk_ism_renderer_see(glbk_context *ctx, glbk_ism_renderer *r,
+                                           const glbk_ism_visible *visible)
+{
+    const glbk_result result = glbk__ism_check_renderer(ctx, __func__, r);
+    if (result != GLBK_OK) return result;
+    glbk__ism_free_shade(ctx, r);
+    memset(&r->visible, 0, sizeof r->visible);
+    if (visible) r->visible = *visible;
+    return GLBK_OK;
+}
+
+/* Returns whether a pass is computed. With a function of the user's, fragments are shaded, so that its
+   program is in use before it is drawn with. */
+static int glbk__ism_by_compute(const glbk_ism_renderer *r, int blur)
+{
+    return r->compute && (blur || !r->visible.text);
+}
+
 /* Finds the program of a projection and of a rule near by, and compiles it at first use. */
 static glbk_result glbk__ism_shade_program(glbk_context *ctx, glbk_ism_renderer *r, ism_projection projection,
                                            ism_near near_mode, glbk_program **out)
 {
-    const char *name = r->compute ? "ism_shade.comp" : "ism_shade.frag";
-    char defines[] = "ISM_PROJECTION=1 ISM_NEAR=1";
+    const char *name = glbk__ism_by_compute(r, 0) ? "ism_shade.comp" : "ism_shade.frag";
+    char defines[] = "ISM_PROJECTION=1 ISM_NEAR=1 GLBK_OWN_VISIBLE";
+    const char *texts[2] = { NULL, NULL };
     *out = &r->shade[projection][near_mode];
     if ((*out)->name) return GLBK_OK;
     defines[15] = (char)('0' + (int)projection);
     defines[26] = (char)('0' + (int)near_mode);
-    return glbk__gbuffer_program(ctx, glbk_ism_part(), name, defines, *out);
+    texts[1] = r->visible.text;
+    if (!texts[1]) defines[27] = 0;
+    return glbk__gbuffer_program_with(ctx, glbk_ism_part(), name, defines, texts, *out);
 }
 
 /* Runs the job's program over `rows` rows of pixels from row `first` on. The program reads the G-buffer and
@@ -4512,6 +4571,7 @@ static glbk_result glbk__ism_pixels_pass(glbk_context *ctx, const glbk__ism_job 
 {
     const glbk_ism_renderer *r = job->renderer;
     const uint32_t square = 16 * side;
+    const int compute = glbk__ism_by_compute(r, blur);
     glbk_pass pass;
     glbk_result result = GLBK_OK;
     memset(&pass, 0, sizeof pass);
@@ -4519,12 +4579,13 @@ static glbk_result glbk__ism_pixels_pass(glbk_context *ctx, const glbk__ism_job 
     pass.viewport[1] = (int32_t)first;
     pass.viewport[2] = (int32_t)r->width;
     pass.viewport[3] = (int32_t)rows;
-    if (!r->compute) result = glbk_begin(ctx, &pass, job->program);
+    if (!compute) result = glbk_begin(ctx, &pass, job->program);
     if (result != GLBK_OK) return result;
     (void)glbk_gbuffer_bind(ctx, job->gbuffer, NULL);       /* The callers have checked it. */
     if (blur) glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_light, &r->light);
     else glbk__ism_bind_maps(ctx, job->maps, NULL);
-    if (!r->compute) {
+    if (!blur && r->visible.bind_fn) r->visible.bind_fn(r->visible.user, ctx);
+    if (!compute) {
         glbk_draw_screen(ctx);
         return GLBK_OK;
     }
@@ -4563,7 +4624,8 @@ GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *r, con
     if (result == GLBK_OK) result = glbk__ism_check_maps(ctx, __func__, m);
     if (result == GLBK_OK) result = glbk__ism_check_shading(ctx, __func__, shading, &s);
     if (result != GLBK_OK) return result;
-    if (m->vpl_count && !m->drawn && !s.no_maps)
+    if (r->visible.text) s.no_maps = 0;         /* as ism_shade asks its visible_fn in any case */
+    else if (m->vpl_count && !m->drawn && !s.no_maps)
         return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "maps", "were never drawn: glbk_ism_draw");
     job.renderer = r;
     job.gbuffer = g;

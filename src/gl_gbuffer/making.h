@@ -456,8 +456,15 @@ GLBK_DEF glbk_result glbk_gbuffer_bind(glbk_context *ctx, const glbk_gbuffer *g,
     return GLBK_OK;
 }
 
+GLBK__DEF glbk_result glbk__gbuffer_program_with(glbk_context *ctx, const glbk_part *part, const char *name,
+                                                 const char *defines, const char *const texts[2],
+                                                 glbk_program *out)
+{
+    return glbk__program_of_parts(ctx, part, &glbk__gbuffer_reader, name, defines, texts, out);
+}
+
 GLBK__DEF glbk_result glbk__gbuffer_program(glbk_context *ctx, const glbk_part *part, const char *name,
                                             const char *defines, glbk_program *out)
 {
-    return glbk__program_of_parts(ctx, part, &glbk__gbuffer_reader, name, defines, NULL, out);
+    return glbk__gbuffer_program_with(ctx, part, name, defines, NULL, out);
 }

@@ -51,6 +51,28 @@ GLBK_DEF glbk_result glbk_ism_renderer_resize(glbk_context *ctx, glbk_ism_render
 GLBK_DEF void glbk_ism_renderer_free(glbk_context *ctx, glbk_ism_renderer *renderer);
 /* Frees what glbk_ism_renderer_create made, and zeroes the struct. NULL and a zeroed renderer are allowed. */
 
+typedef struct glbk_ism_visible {       /* ism_shading.visible_fn as GLSL */
+    const char *text;                   /* GLSL of yours, which must outlive its use; NULL = none */
+    void (*bind_fn)(void *user, glbk_context *ctx);     /* called before each draw with the program in use,
+                                       ctx->program, to set uniforms and bind textures; NULL = none */
+    void *user;                         /* given to bind_fn */
+} glbk_ism_visible;
+
+GLBK_DEF glbk_result glbk_ism_renderer_see(glbk_context *ctx, glbk_ism_renderer *renderer,
+                                           const glbk_ism_visible *visible);
+/* Has glbk_ism_shade ask a function of yours in place of the maps, as ism_shade asks visible_fn: near points
+   are seen as their VPLs are, and no_maps does not count. Maps need not be drawn then. The text is compiled
+   before the library's main, may declare uniforms as it likes, and defines
+
+       float glbk_visible(uint vpl, vec3 position, vec3 geometric_normal)
+           returns how much of a VPL the receiver sees, 0..1; vpl is its number
+
+   A sampler of yours takes a unit that the library does not use: from glbk_desc.first_unit + 16 on. Pixels
+   are shaded by fragments then, also with compute. A fault in the text comes as GLBK_ERR_COMPILE or
+   GLBK_ERR_LINK from glbk_ism_shade, and is logged as "your text".
+   visible  NULL = the maps again
+   Errors   GLBK_ERR_ARGUMENT: renderer is NULL or was not created */
+
 GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *renderer,
                                     const glbk_gbuffer *gbuffer, const glbk_ism_maps *maps,
                                     const ism_shading *shading, uint32_t pairs_per_pass);
@@ -58,7 +80,8 @@ GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *render
    first use of a near_mode compiles a program.
    gbuffer          the points that are lit, of the renderer's size
    maps             whose maps glbk_ism_draw has drawn, unless shading->no_maps is set
-   shading          NULL = all defaults. visible_fn and near_visible_fn must be NULL; cull changes nothing
+   shading          NULL = all defaults. visible_fn and near_visible_fn must be NULL, since functions of C run
+                    on the CPU: glbk_ism_renderer_see. cull changes nothing
    pairs_per_pass   how many pairs of a pixel and a VPL one pass takes; 0 = 2^28. Give fewer if the driver
                     stops passes that take long
    Cost             each pixel asks vpl_count / interleave^2 VPLs, a texel of its map for each that faces it
@@ -139,4 +162,5 @@ struct glbk_ism_renderer {              /* the light of a picture; read only; ze
     glbk_program blur;
     glbk_program resolve;
     int          compute;               /* not 0: light is summed up and blurred by compute */
+    glbk_ism_visible visible;           /* of glbk_ism_renderer_see */
 };

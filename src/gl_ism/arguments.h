@@ -97,7 +97,7 @@ static glbk_result glbk__ism_check_shading(const glbk_context *ctx, const char *
     if (out->visible_fn || out->near_visible_fn)
         return glbk__refuse(ctx, GLBK_ERR_DESC, function,
                             out->visible_fn ? "shading.visible_fn" : "shading.near_visible_fn",
-                            "is not NULL: on GL the maps say what is seen");
+                            "is not NULL: on GL it is GLSL, glbk_ism_renderer_see");
     if (!out->interleave) out->interleave = 1;
     if (out->near_mode == ISM_NEAR_DEFAULT) out->near_mode = ISM_NEAR_GATHER;
     if (!(out->clamp > 0)) out->clamp = 1.0f;

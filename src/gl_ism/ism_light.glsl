@@ -19,6 +19,11 @@ float ism_luminance(vec3 f) { return (f.x + f.y + f.z) * (1.0 / 3.0); }
 
 // Returns 1 if VPL v lights point p by its map, 0 if not. Depths are compared on the receiver's tangent
 // plane, at the centre of the texel. ng is the surface's own unit normal, bias a share of the distance.
+// GLBK_OWN_VISIBLE: a function of the user's says so, of near points that of their VPL.
+#ifdef GLBK_OWN_VISIBLE
+float glbk_visible(uint vpl, vec3 position, vec3 geometric_normal);
+float ism_visible(uint v, ism_vpl l, vec3 p, vec3 ng, float bias) { return glbk_visible(v, p, ng); }
+#else
 float ism_visible(uint v, ism_vpl l, vec3 p, vec3 ng, float bias)
 {
     mat3 basis = l.basis;
@@ -50,6 +55,7 @@ float ism_visible(uint v, ism_vpl l, vec3 p, vec3 ng, float bias)
     if (along > 0.5 * d && along < 2.0 * d) d = along;
     return d * (1.0 - bias) <= t ? 1.0 : 0.0;
 }
+#endif
 
 // Returns the share that an edge has in Lambert's sum: angle(a, b) n . (b x a) / |b x a|.
 float ism_edge(vec3 n, vec3 a, vec3 b)
@@ -222,6 +228,9 @@ ism_near_point ism_read_near(uint i)
 // face the near point are neither asked again nor lit so, since there the backs of bent sheets lie.
 float ism_near_visible(ism_near_point q, vec3 p, vec3 n, vec3 ng, float bias)
 {
+#ifdef GLBK_OWN_VISIBLE
+    return glbk_visible(q.vpl, p, ng);
+#else
     ism_vpl l = ism_read_vpl(q.vpl);
     vec3 way = l.position - q.position, d = p - q.position, at = p;
     float open = 1.0 - clamp(-2.0 * dot(n, q.normal), 0.0, 1.0), lit = 1.0;
@@ -235,6 +244,7 @@ float ism_near_visible(ism_near_point q, vec3 p, vec3 n, vec3 ng, float bias)
         lit = open;
     }
     return lit;
+#endif
 }
 
 // Returns how far a near point stands for VPLs at p, which is 0 if it gives no light there.

@@ -88,15 +88,20 @@ GLBK_DEF glbk_result glbk_ism_renderer_resize(glbk_context *ctx, glbk_ism_render
     return k.result;
 }
 
-GLBK_DEF void glbk_ism_renderer_free(glbk_context *ctx, glbk_ism_renderer *r)
+static void glbk__ism_free_shade(glbk_context *ctx, glbk_ism_renderer *r)
 {
     int projection, near_mode;
-    if (!r) return;
-    glbk__ism_free_pictures(ctx, r);
-    glbk_buffer_free(ctx, &r->view);
     for (projection = 0; projection < ISM_PROJECTION_COUNT; projection++)
         for (near_mode = 0; near_mode < ISM_NEAR_COUNT; near_mode++)
             glbk_program_free(ctx, &r->shade[projection][near_mode]);
+}
+
+GLBK_DEF void glbk_ism_renderer_free(glbk_context *ctx, glbk_ism_renderer *r)
+{
+    if (!r) return;
+    glbk__ism_free_pictures(ctx, r);
+    glbk__ism_free_shade(ctx, r);
+    glbk_buffer_free(ctx, &r->view);
     glbk_program_free(ctx, &r->blur);
     glbk_program_free(ctx, &r->resolve);
     memset(r, 0, sizeof *r);
@@ -111,17 +116,38 @@ typedef struct glbk__ism_job {
     glbk_ism_view            view;
 } glbk__ism_job;
 
+GLBK_DEF glbk_result glbk_ism_renderer_see(glbk_context *ctx, glbk_ism_renderer *r,
+                                           const glbk_ism_visible *visible)
+{
+    const glbk_result result = glbk__ism_check_renderer(ctx, __func__, r);
+    if (result != GLBK_OK) return result;
+    glbk__ism_free_shade(ctx, r);
+    memset(&r->visible, 0, sizeof r->visible);
+    if (visible) r->visible = *visible;
+    return GLBK_OK;
+}
+
+/* Returns whether a pass is computed. With a function of the user's, fragments are shaded, so that its
+   program is in use before it is drawn with. */
+static int glbk__ism_by_compute(const glbk_ism_renderer *r, int blur)
+{
+    return r->compute && (blur || !r->visible.text);
+}
+
 /* Finds the program of a projection and of a rule near by, and compiles it at first use. */
 static glbk_result glbk__ism_shade_program(glbk_context *ctx, glbk_ism_renderer *r, ism_projection projection,
                                            ism_near near_mode, glbk_program **out)
 {
-    const char *name = r->compute ? "ism_shade.comp" : "ism_shade.frag";
-    char defines[] = "ISM_PROJECTION=1 ISM_NEAR=1";
+    const char *name = glbk__ism_by_compute(r, 0) ? "ism_shade.comp" : "ism_shade.frag";
+    char defines[] = "ISM_PROJECTION=1 ISM_NEAR=1 GLBK_OWN_VISIBLE";
+    const char *texts[2] = { NULL, NULL };
     *out = &r->shade[projection][near_mode];
     if ((*out)->name) return GLBK_OK;
     defines[15] = (char)('0' + (int)projection);
     defines[26] = (char)('0' + (int)near_mode);
-    return glbk__gbuffer_program(ctx, glbk_ism_part(), name, defines, *out);
+    texts[1] = r->visible.text;
+    if (!texts[1]) defines[27] = 0;
+    return glbk__gbuffer_program_with(ctx, glbk_ism_part(), name, defines, texts, *out);
 }
 
 /* Runs the job's program over `rows` rows of pixels from row `first` on. The program reads the G-buffer and
@@ -132,6 +158,7 @@ static glbk_result glbk__ism_pixels_pass(glbk_context *ctx, const glbk__ism_job 
 {
     const glbk_ism_renderer *r = job->renderer;
     const uint32_t square = 16 * side;
+    const int compute = glbk__ism_by_compute(r, blur);
     glbk_pass pass;
     glbk_result result = GLBK_OK;
     memset(&pass, 0, sizeof pass);
@@ -139,12 +166,13 @@ static glbk_result glbk__ism_pixels_pass(glbk_context *ctx, const glbk__ism_job 
     pass.viewport[1] = (int32_t)first;
     pass.viewport[2] = (int32_t)r->width;
     pass.viewport[3] = (int32_t)rows;
-    if (!r->compute) result = glbk_begin(ctx, &pass, job->program);
+    if (!compute) result = glbk_begin(ctx, &pass, job->program);
     if (result != GLBK_OK) return result;
     (void)glbk_gbuffer_bind(ctx, job->gbuffer, NULL);       /* The callers have checked it. */
     if (blur) glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_light, &r->light);
     else glbk__ism_bind_maps(ctx, job->maps, NULL);
-    if (!r->compute) {
+    if (!blur && r->visible.bind_fn) r->visible.bind_fn(r->visible.user, ctx);
+    if (!compute) {
         glbk_draw_screen(ctx);
         return GLBK_OK;
     }
@@ -183,7 +211,8 @@ GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *r, con
     if (result == GLBK_OK) result = glbk__ism_check_maps(ctx, __func__, m);
     if (result == GLBK_OK) result = glbk__ism_check_shading(ctx, __func__, shading, &s);
     if (result != GLBK_OK) return result;
-    if (m->vpl_count && !m->drawn && !s.no_maps)
+    if (r->visible.text) s.no_maps = 0;         /* as ism_shade asks its visible_fn in any case */
+    else if (m->vpl_count && !m->drawn && !s.no_maps)
         return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "maps", "were never drawn: glbk_ism_draw");
     job.renderer = r;
     job.gbuffer = g;

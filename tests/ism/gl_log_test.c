@@ -317,9 +317,9 @@ static void a_wrong_shading_is_named(void **state)
     SAYS_OF(s.bias, 1, SHADE, no, "glbk_ism_shade: shading.bias is 1; it must be below 1");
     SAYS_OF(s.clamp, -1, SHADE, no, "glbk_ism_shade: shading.clamp is -1; it must be 0 or above 0");
     SAYS_OF(s.visible_fn, hides, SHADE, no,
-            "glbk_ism_shade: shading.visible_fn is not NULL: on GL the maps say what is seen");
+            "glbk_ism_shade: shading.visible_fn is not NULL: on GL it is GLSL, glbk_ism_renderer_see");
     SAYS_OF(s.near_visible_fn, hides, SHADE, no,
-            "glbk_ism_shade: shading.near_visible_fn is not NULL: on GL the maps say what is seen");
+            "glbk_ism_shade: shading.near_visible_fn is not NULL: on GL it is GLSL, glbk_ism_renderer_see");
     SAYS_OF(s.bias, 1, glbk_ism_bind(gl, &m, &s, NULL), no, "glbk_ism_bind: shading.bias is 1; it must be below 1");
 #undef SHADE
     SAYS(glbk_ism_bind(gl, NULL, NULL, NULL), GLBK_ERR_ARGUMENT, "glbk_ism_bind: maps is NULL");

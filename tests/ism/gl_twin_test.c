@@ -474,6 +474,116 @@ static void near_points_agree(void **state)
     stage_close(s);
 }
 
+/* ---- a function of one's own in place of the maps ---- */
+
+static float cut = 0.3331f;
+
+/* Different for every third VPL, on both sides of a plane, for floors and walls. */
+static void see(void *user, const float position[3], const float normal[3], const uint32_t *numbers, size_t count,
+                float *visible)
+{
+    size_t i;
+    (void)user;
+    for (i = 0; i < count; i++) {
+        visible[i] = (float)(numbers[i] % 3) * 0.5f;
+        if (position[0] > cut) visible[i] *= 0.25f;
+        if (normal[1] > 0.5f) visible[i] *= 0.5f;
+    }
+}
+
+static const char see_text[] =
+    "uniform float cut;\n"
+    "float glbk_visible(uint vpl, vec3 position, vec3 geometric_normal)\n"
+    "{\n"
+    "    float seen = float(vpl % 3u) * 0.5;\n"
+    "    if (position.x > cut) seen *= 0.25;\n"
+    "    if (geometric_normal.y > 0.5) seen *= 0.5;\n"
+    "    return seen;\n"
+    "}\n";
+
+static void set_cut(void *user, glbk_context *ctx)
+{
+    ctx->gl.Uniform1f(ctx->gl.GetUniformLocation(ctx->program, "cut"), *(const float *)user);
+}
+
+/* ism_shade's visible_fn and the same as GLSL: VPLs and near points, each rule near by, interleaved or not; half of
+   everything is half of the light without maps, to the bit; then the maps again. Maps that nobody has drawn. */
+static void a_function_of_ones_own_says_what_is_seen(void **state)
+{
+    GL_TEST(t, state)
+    static const float up[3] = { 0, 1, 0 }, ground[3] = { -1.971f, 0, -1.953f };
+    static const float u[3] = { 3.913f, 0, 0 }, v[3] = { 0, 0, 3.887f };
+    static const glbk_ism_visible own = { see_text, set_cut, &cut },
+        half = { "float glbk_visible(uint vpl, vec3 p, vec3 n) { return 0.5; }\n", NULL, NULL },
+        wrong = { "float glbk_visible(uint vpl) { return nothing; }\n", NULL, NULL };
+    static float open[3 * PIXELS], halved[3 * PIXELS];
+    static grid lit;
+    double worst = 0, lost, off;
+    const ism_near_point *points;
+    ism_shading shading = { 0 };
+    ism_source source;
+    ism_desc d;
+    glbk_ism_maps m;
+    glbk_gbuffer seen;
+    glbk_ism_renderer r;
+    stage *s;
+    size_t count, i;
+    int k;
+    memset(&d, 0, sizeof d);
+    s = stage_open(&d, 0);
+    grid_fill(&lit, 32, 32, ground, u, v, up, 0.01f);
+    source = grid_source(&lit);
+    s->frame.sources = &source;
+    s->frame.source_count = 1;
+    assert_int_equal(ism_choose(s->maps, &s->frame), ISM_OK);
+    assert_int_equal(ism_build(s->maps, &s->frame), ISM_OK);
+    points = ism_near_points(s->maps, &count);
+    open_maps(t, s, &m);
+    assert_glbk(t, glbk_ism_near_points_upload(&t->gl, &m, points, (uint32_t)count));
+    send_picture(t, s, &seen, &r);
+    assert_int_equal(glbk_ism_shade(&t->gl, &r, &seen, &m, NULL, 0), GLBK_ERR_ORDER);
+    assert_glbk(t, glbk_ism_renderer_see(&t->gl, &r, &own));
+    for (k = 0; k < 5; k++) {
+        static const ism_near rules[] = { ISM_NEAR_GATHER, ISM_NEAR_PATCH, ISM_NEAR_NONE, ISM_NEAR_CLAMP_MEAN };
+        ism_shading asked = { 0 }, plain = { 0 };
+        static float cpu[3 * PIXELS], gl[3 * PIXELS];
+        asked.near_mode = plain.near_mode = rules[k % 4];
+        asked.interleave = plain.interleave = k == 4 ? 2 : 1;
+        plain.no_maps = k == 1;                     /* does not count, on either side */
+        asked.no_maps = k == 1;
+        asked.visible_fn = see;
+        s->view.albedos = NULL;
+        assert_int_equal(ism_shade(s->maps, &s->view, &asked, cpu, NULL), ISM_OK);
+        assert_glbk(t, glbk_ism_shade(&t->gl, &r, &seen, &m, &plain, 0));
+        gl_light_of(&t->gl, &r, NULL, gl, &lost);
+        off = difference(gl, cpu, PIXELS, k == 4 ? 0.02 : 0);
+        if (off > worst) worst = off;
+    }
+    assert_true(worst < 2e-5);
+    assert_int_equal(too_many_flipped, 0);
+    assert_glbk(t, glbk_ism_renderer_see(&t->gl, &r, &half));
+    assert_glbk(t, glbk_ism_shade(&t->gl, &r, &seen, &m, NULL, 0));
+    gl_light_of(&t->gl, &r, NULL, halved, &lost);
+    assert_glbk(t, glbk_ism_renderer_see(&t->gl, &r, NULL));
+    shading.no_maps = 1;
+    assert_glbk(t, glbk_ism_shade(&t->gl, &r, &seen, &m, &shading, 0));
+    gl_light_of(&t->gl, &r, NULL, open, &lost);
+    for (i = 0; i < 3 * PIXELS; i++) assert_true(fabsf(halved[i] - 0.5f * open[i]) <= 1e-6f * open[i]);
+    assert_glbk(t, glbk_ism_renderer_see(&t->gl, &r, &wrong));
+    assert_int_equal(glbk_ism_shade(&t->gl, &r, &seen, &m, NULL, 0), GLBK_ERR_COMPILE);
+    assert_int_equal(glbk_ism_renderer_see(&t->gl, NULL, &own), GLBK_ERR_ARGUMENT);
+    assert_glbk(t, glbk_ism_renderer_see(&t->gl, &r, NULL));
+    assert_glbk(t, glbk_ism_draw(&t->gl, &m, 0));
+    shading.no_maps = 0;
+    s->view.albedos = s->albedos;
+    assert_true(light_difference(t, s, &m, &seen, &r, &shading, &lost) < 2e-5);
+    assert_int_equal(too_many_flipped, 0);
+    glbk_ism_renderer_free(&t->gl, &r);
+    glbk_gbuffer_free(&t->gl, &seen);
+    glbk_ism_maps_free(&t->gl, &m);
+    stage_close(s);
+}
+
 /* Triangles that move keep their points; a frame sends one phase; both splats draw the same. */
 static void light_follows_moving_triangles(void **state)
 {
@@ -643,6 +753,7 @@ int main(int count, char **values)
         gl_unit_test(pasted_functions_agree),
         gl_unit_test(light_is_as_on_the_cpu),
         gl_unit_test(near_points_agree),
+        gl_unit_test(a_function_of_ones_own_says_what_is_seen),
         gl_unit_test(light_follows_moving_triangles),
         gl_unit_test(atlases_are_as_on_the_cpu), gl_unit_test(bounces_are_those_of_ism_bounce),
         gl_unit_test(bounces_refuse_bad_arguments)
