@@ -577,63 +577,82 @@ static void clamping_is_known(void **state)
     engine_close(e);
 }
 
-/* A closed box whose walls emit radiance 1 with albedo 0.5: radiance 1, 1.5, 1.75, ... */
+enum { FURNACE_VPLS = 256, FURNACE_SIDE = 8, FURNACE_EYE = 24, FURNACE_EYES = FURNACE_EYE * FURNACE_EYE,
+       FURNACE_MOST = 3 * FURNACE_VPLS * FURNACE_SIDE * FURNACE_SIDE };
+
+/* A closed box whose walls all have the radiance 1, as `lit` points that emit, with room for those of a bounce; eyes
+   on its floor, and maps for it. */
+typedef struct furnace {
+    float    at[FURNACE_MOST], n[FURNACE_MOST], flux[FURNACE_MOST];
+    ism_mesh mesh;
+    ism_desc desc;
+} furnace;
+
+static furnace *furnace_make(uint32_t lit)
+{
+    static float emission[3 * 4096];
+    static furnace made;
+    const float lo[3] = { -1, -1, -1 }, hi[3] = { 1, 1, 1 };
+    const float a[3] = { -1, -1, -1 }, u[3] = { 2, 0, 0 }, v[3] = { 0, 0, 2 }, up[3] = { 0, 1, 0 };
+    size_t i;
+    memset(&made, 0, sizeof made);
+    mesh.triangles = 0;
+    soup_box(&mesh, lo, hi, -1, 6);
+    made.mesh = soup_mesh(&mesh);
+    for (i = 0; i < 3 * mesh.triangles; i++) emission[i] = 1;
+    grid_fill(&eye, FURNACE_EYE, FURNACE_EYE, a, u, v, up, 0);
+    assert_int_equal(ism_emitter_points(&made.mesh, emission, lit, 1, NULL, made.at, made.n, made.flux), ISM_OK);
+    made.desc.vpl_count = FURNACE_VPLS;
+    made.desc.surfel_count = 1024;
+    made.desc.tile_side = 32;
+    made.desc.keep_hits = 1;
+    return &made;
+}
+
+/* Adds the light of bounce 1 or 2 to *radiance, which is 1 at first, and writes its row: walls of albedo 0.5 have the
+   radiance 1, 1.5, 1.75, ... where: "" or on which machine. 256 VPLs at random places beside a floor that meets the
+   walls: 3 % a bounce. */
+static void furnace_row(const float *light, int bounce, const char *where, double *radiance)
+{
+    static const double expected[3] = { 1, 1.5, 1.75 };
+    double mean = 0;
+    char text[80];
+    size_t i;
+    for (i = 0; i < FURNACE_EYES; i++) mean += (double)light[3 * i] / FURNACE_EYES;
+    *radiance += 0.5 * mean / UTIL_PI;
+    snprintf(text, sizeof text, "radiance after %d bounce%s%s", bounce, bounce > 1 ? "s" : "", where);
+    CONFORM("T45", text, expected[bounce], *radiance, 0.03 * bounce);
+}
+
 static void t45_a_closed_furnace_gains_half_of_the_last_bounce(void **state)
 {
     ROW_TEST(state)
-    enum { VPLS = 256, SIDE = 8 };
-    static float emission[3 * 4096], at[3 * VPLS * SIDE * SIDE], n[3 * VPLS * SIDE * SIDE],
-        flux[3 * VPLS * SIDE * SIDE];
-    static float light[3 * 24 * 24];
-    const float lo[3] = { -1, -1, -1 }, hi[3] = { 1, 1, 1 };
-    const float a[3] = { -1, -1, -1 }, u[3] = { 2, 0, 0 }, v[3] = { 0, 0, 2 }, up[3] = { 0, 1, 0 };
+    static float light[3 * FURNACE_EYES];
     const ism_shading shading = { 0 };
-    double sum = 1;
-    ism_mesh m;
-    ism_points view;
+    furnace *k = furnace_make(4096);
+    const ism_points view = grid_view(&eye);
+    double radiance = 1;
     ism_source s;
     ism_frame f;
-    size_t i;
     int bounce;
-    mesh.triangles = 0;
-    soup_box(&mesh, lo, hi, -1, 6);
-    m = soup_mesh(&mesh);
-    for (i = 0; i < 3 * mesh.triangles; i++) emission[i] = 1;
-    grid_fill(&eye, 24, 24, a, u, v, up, 0);
-    view = grid_view(&eye);
-    assert_int_equal(ism_emitter_points(&m, emission, 4096, 1, NULL, at, n, flux), ISM_OK);
     memset(&s, 0, sizeof s);
     s.width = 4096;
     s.height = 1;
-    s.positions = at;
-    s.normals = n;
-    s.fluxes = flux;
+    s.positions = k->at;
+    s.normals = k->n;
+    s.fluxes = k->flux;
     s.scattered = 1;
-    f = frame_of(&m, &view, 0);
+    f = frame_of(&k->mesh, &view, 0);
     f.sources = &s;
     f.source_count = 1;
     for (bounce = 1; bounce <= 2; bounce++) {
-        static const double expected[3] = { 1, 1.5, 1.75 };
-        ism_desc d;
-        engine *e;
-        double mean = 0;
-        char text[60];
-        memset(&d, 0, sizeof d);
-        d.vpl_count = VPLS;
-        d.surfel_count = 1024;
-        d.tile_side = 32;
-        d.keep_hits = 1;
-        e = engine_open(&d, &view);
+        engine *e = engine_open(&k->desc, &view);
         assert_int_equal(ism_choose(engine_maps(e), &f), ISM_OK);
         engine_draw(e, &f);
         engine_shade(e, &shading, light, NULL);
-        for (i = 0; i < 24 * 24; i++) mean += (double)light[3 * i] / (24 * 24);
-        sum += 0.5 * mean / UTIL_PI;
-        snprintf(text, sizeof text, "radiance after %d bounce%s", bounce, bounce > 1 ? "s" : "");
-        /* 256 VPLs at random places beside a floor that meets the walls: 3 % a bounce */
-        CONFORM("T45", text, expected[bounce], sum, 0.03 * bounce);
-        if (bounce == 1) engine_bounce(e, &f, SIDE, at, n, flux);
-        s.width = VPLS * SIDE * SIDE;
+        furnace_row(light, bounce, "", &radiance);
+        if (bounce == 1) engine_bounce(e, &f, FURNACE_SIDE, k->at, k->n, k->flux);
+        s.width = FURNACE_VPLS * FURNACE_SIDE * FURNACE_SIDE;
         engine_close(e);
     }
 }
