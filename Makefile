@@ -220,8 +220,10 @@ $(BUILD)/walker.glb: $(TOOLS)/assets/walker
 	$(call say,WRITE,$@)$< > $@
 $(BUILD)/tests/programs/walker_test: | $(BUILD)/walker.glb $(BUILD)/render $(BUILD)/compare
 $(BUILD)/tests/programs/viewer_test: | $(BUILD)/walker.glb
+$(BUILD)/tests/programs/figure_test: | $(BUILD)/walker.glb $(BUILD)/render
 # They call parts of render from scenes that no command line makes.
-RENDER_TESTS = $(BUILD)/tests/programs/shadowfield_bones_test $(BUILD)/tests/programs/shadowfield_follow_test $(BUILD)/tests/programs/ground_rings_test
+RENDER_TESTS = $(BUILD)/tests/programs/shadowfield_bones_test $(BUILD)/tests/programs/shadowfield_follow_test \
+               $(BUILD)/tests/programs/ground_rings_test $(BUILD)/tests/programs/figure_test
 $(RENDER_TESTS): $(filter-out %/main.o,$(call objects,examples/render))
 $(RENDER_TESTS): TEST_LIBS := $(COMMON) $(TEST_LIBS)
 $(REPLAYS): $(BUILD)/tests/%: $(OBJ)/tests/%.o $(OBJ)/tests/kit/shim/replay.o $(COMMON)

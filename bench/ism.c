@@ -28,7 +28,7 @@ static int light_scene(bn_scene *s, const bn_options *options, uint32_t rsm, uin
     double start = ex_seconds();
     im_rsms_free(&s->rsms);
     if (im_lamps_build(&s->rsms, &s->job, light_points, 1, error) != 0 ||
-        im_rsms_render(&s->rsms, &s->job, rsm, error) != 0)
+        im_rsms_render(&s->rsms, NULL, &s->job, rsm, error) != 0)
         return bn_failed(s->name, error);
     s->rsm_ms = 1000 * (ex_seconds() - start);
     (void)options;
@@ -269,7 +269,7 @@ int bn_ism_visibility(const bn_options *options)
 
 /* ---- pictures beside the path tracer, both by `render` ---- */
 
-typedef struct files { char folder[64], render[1024]; } files;
+typedef struct files { char folder[64], render[1024], compare[1024]; } files;
 
 static int render(const files *f, const char *technique, const char *scene, const char *size, uint32_t samples,
                   const char *more)
@@ -298,14 +298,45 @@ static double number(const files *f, const char *technique, const char *name)
     return at ? strtod(at + strlen(key), NULL) : HUGE_VAL;
 }
 
-/* compare's relative_rmse and mean_ratio; and, for causes, the first of them without the hundredth of the pixels that
-   are farthest off. */
-typedef struct picture_error { double rmse, ratio, rmse_99; } picture_error;
+/* compare's relative_rmse and mean_ratio; for causes, the first of them without the hundredth of the pixels that are
+   farthest off; and both over the pixels that are not among the brightest hundredth of the reference. */
+typedef struct picture_error { double rmse, ratio, rmse_99, rmse_below, ratio_below; } picture_error;
 
 static int downwards(const void *a, const void *b)
 {
     double x = *(const double *)a, y = *(const double *)b;
     return (x < y) - (x > y);
+}
+
+static double brightness(const float *p) { return (double)p[0] + (double)p[1] + (double)p[2]; }
+
+/* Over the pixels below that percentile of b's brightness. */
+static int error_below(const float *a, const float *b, size_t pixels, double share, picture_error *out)
+{
+    double *bright = malloc((pixels + 1) * sizeof *bright), most, all = 0, sum_a = 0, sum_b = 0;
+    size_t count = 0, used = 0;
+    if (!bright)
+        return bn_failed("comparison", "out of memory");
+    for (size_t i = 0; i < pixels; i++)
+        if (brightness(a + 3 * i) > 0 || brightness(b + 3 * i) > 0)
+            bright[count++] = brightness(b + 3 * i);
+    qsort(bright, count, sizeof *bright, downwards);
+    most = count ? bright[(size_t)((1 - share) * (double)count)] : 0;
+    free(bright);
+    for (size_t i = 0; i < pixels; i++) {
+        if (!(brightness(a + 3 * i) > 0 || brightness(b + 3 * i) > 0) || brightness(b + 3 * i) > most)
+            continue;
+        used++;
+        sum_a += brightness(a + 3 * i);
+        sum_b += brightness(b + 3 * i);
+        for (int k = 0; k < 3; k++) {
+            double d = (double)a[3 * i + (size_t)k] - (double)b[3 * i + (size_t)k];
+            all += d * d;
+        }
+    }
+    out->rmse_below = sqrt(all * 3 * (double)used) / sum_b;
+    out->ratio_below = sum_a / sum_b;
+    return 0;
 }
 
 static int picture_error_of(const float *a, const float *b, size_t pixels, picture_error *out)
@@ -314,6 +345,10 @@ static int picture_error_of(const float *a, const float *b, size_t pixels, pictu
     size_t count = 0;
     if (!square)
         return bn_failed("comparison", "out of memory");
+    if (error_below(a, b, pixels, 0.99, out) != 0) {
+        free(square);
+        return -1;
+    }
     for (size_t i = 0; i < pixels; i++, a += 3, b += 3) {
         double d2 = 0;
         if (!(a[0] > 0 || a[1] > 0 || a[2] > 0 || b[0] > 0 || b[1] > 0 || b[2] > 0))
@@ -344,10 +379,10 @@ static int read_picture(const files *f, const char *technique, ex_image *image)
     return ex_image_read_pfm(image, path, message) == 0 ? 0 : bn_failed(path, message);
 }
 
-static int compare(const files *f, double *error, double *ratio)
+static int compare(const files *f, picture_error *e, double *ssim)
 {
+    char command[2400];
     ex_image a, b;
-    picture_error e;
     int result = read_picture(f, "ism", &a);
     if (result != 0)
         return -1;
@@ -355,19 +390,23 @@ static int compare(const files *f, double *error, double *ratio)
         ex_image_free(&a);
         return -1;
     }
-    result = picture_error_of(a.rgb, b.rgb, (size_t)a.width * a.height, &e);
-    *error = e.rmse;
-    *ratio = e.ratio;
+    result = picture_error_of(a.rgb, b.rgb, (size_t)a.width * a.height, e);
     ex_image_free(&a);
     ex_image_free(&b);
+    snprintf(command, sizeof command, "'%s' '%s/ism.pfm' '%s/reference.pfm' > '%s/compare.json'", f->compare, f->folder,
+             f->folder, f->folder);
+    if (result == 0 && system(command) != 0)
+        return bn_failed("comparison", f->compare);
+    *ssim = number(f, "compare", "ssim");
     return result;
 }
 
 static int picture_of(const bn_options *options, const files *f, const char *scene, const char *name)
 {
-    double error, ratio;
+    picture_error e;
+    double ssim;
     if (render(f, "reference", scene, "160x90", options->full ? 32768 : 8192, "") != 0 ||
-        render(f, "ism", scene, "160x90", 1024, "") != 0 || compare(f, &error, &ratio) != 0)
+        render(f, "ism", scene, "160x90", 1024, "") != 0 || compare(f, &e, &ssim) != 0)
         return -1;
     bn_begin(options, "ism", options->threads, simd());
     bn_text("scene", name);
@@ -381,9 +420,12 @@ static int picture_of(const bn_options *options, const files *f, const char *sce
     bn_number("build_ms", number(f, "ism", "build_ms"));
     bn_number("shade_ms", number(f, "ism", "shade_ms"));
     bn_number("frame_ms", number(f, "ism", "frame_ms"));
-    bn_number("rmse_vs_reference", error);
+    bn_number("rmse_vs_reference", e.rmse);
+    bn_number("rmse_below_99th", e.rmse_below);
+    bn_number("mean_below_99th", e.ratio_below);
+    bn_number("ssim", ssim);
     bn_number("reference_noise", number(f, "reference", "noise"));
-    bn_number("mean_ratio", ratio);
+    bn_number("mean_ratio", e.ratio);
     bn_number("lost_energy", number(f, "ism", "lost_energy"));
     bn_end(options);
     return 0;
@@ -442,6 +484,8 @@ static void report_cause(const bn_options *options, const char *scene, const cau
     bn_integer("light_point_count", c->light_points);
     bn_number("rmse_vs_reference", e->rmse);
     bn_number("rmse_without_worst_hundredth", e->rmse_99);
+    bn_number("rmse_below_99th", e->rmse_below);
+    bn_number("mean_below_99th", e->ratio_below);
     bn_number("mean_ratio", e->ratio);
     bn_number("lost_energy", lost);
     bn_number("reference_noise", noise);
@@ -477,7 +521,7 @@ static int causes_of(const bn_options *options, const files *f, const char *path
         const cause *c = &causes[i];
         int unshadowed = c->visibility == BY_NOTHING;
         float *out = malloc(3 * W * H * sizeof *out);
-        picture_error e = { 0, 0, 0 };
+        picture_error e = { 0, 0, 0, 0, 0 };
         ism_stats stats;
         result = out ? light_scene(&s, options, c->rsm, c->light_points) : bn_failed(name, "out of memory");
         if (result == 0)
@@ -507,6 +551,8 @@ static int pictures(const bn_options *options, int (*of)(const bn_options *, con
         return bn_failed("/tmp", "no room for temporary files");
     snprintf(f.render, sizeof f.render, "%.*srender", slash ? (int)(slash + 1 - options->program) : 0,
              options->program);
+    snprintf(f.compare, sizeof f.compare, "%.*scompare", slash ? (int)(slash + 1 - options->program) : 0,
+             options->program);
     if (options->model) {
         result = of(options, &f, options->model, options->model);
     } else {
@@ -514,8 +560,9 @@ static int pictures(const bn_options *options, int (*of)(const bn_options *, con
         if (result == 0 && bn_asset(options, "kitchen.glb", NULL, path))
             result = of(options, &f, path, "kitchen");
     }
-    for (int i = 0; i < 4; i++) {
-        static const char *const names[4] = { "ism.pfm", "ism.json", "reference.pfm", "reference.json" };
+    for (int i = 0; i < 5; i++) {
+        static const char *const names[5] = { "ism.pfm", "ism.json", "reference.pfm", "reference.json", 
+                                               "compare.json" };
         char name[128];
         snprintf(name, sizeof name, "%s/%s", f.folder, names[i]);
         remove(name);

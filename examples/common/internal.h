@@ -151,6 +151,11 @@ typedef struct ex_rig ex_rig;
 void ex_rig_free(ex_rig *rig);                       /* NULL is allowed */
 const char *ex_rig_problem(const ex_rig *rig);       /* why the last pose failed */
 
+/* What ex_scene_add_figures keeps: guest.c. */
+typedef struct ex_guest ex_guest;
+int  ex_guest_pose(ex_scene *scene, float time, char *error);
+void ex_guest_free(ex_guest *guest);                 /* NULL is allowed */
+
 /* Whether stb may read a .hdr file: it is whole, and neither reading nor using it takes more than ex_memory_limit. -1
    with one line in error. */
 int  ex_hdr_check(const char *path, char *error);

@@ -43,7 +43,7 @@ int ex_scene_builtin(ex_scene *scene, const char *name, float time, char *error)
 
 int ex_scene_set_time(ex_scene *scene, float time, char *error)
 {
-    if (!scene->pose || scene->pose(scene, time) == 0) return 0;
+    if (!scene->pose || scene->pose(scene, time) == 0) return scene->guest ? ex_guest_pose(scene, time, error) : 0;
     return ex_fail(error, "%s: %.180s", scene->name, scene->rig ? ex_rig_problem(scene->rig) : "out of memory");
 }
 
@@ -72,6 +72,7 @@ void ex_scene_free(ex_scene *scene)
     free(scene->textures);
     free(scene->lights);
     ex_rig_free(scene->rig);
+    ex_guest_free(scene->guest);
     ex_sky_free(&scene->sky);
     memset(scene, 0, sizeof *scene);
 }

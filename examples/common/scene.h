@@ -81,11 +81,12 @@ typedef struct ex_scene {
     int          animated;       /* another `time` would change it: a built-in scene, or a glTF file's animation */
     int        (*pose)(struct ex_scene *, float time);  /* how; NULL = nothing moves. For ex_scene_set_time */
     struct ex_rig *rig;          /* what moves a glTF file; NULL for other scenes */
+    struct ex_guest *guest;      /* the file whose figures were added; NULL = none */
 } ex_scene;
 
 #define EX_ERROR_SIZE 256        /* room that every char *error argument must have; one line, no newline */
 
-/* All return 0, or -1 with error filled in and *scene zeroed. */
+/* All return 0, or -1 with error filled in and *scene zeroed, if not said otherwise. */
 int  ex_scene_load(ex_scene *scene, const char *path, char *error);                 /* .glb, .gltf */
 extern int ex_normal_maps;       /* not 0: ex_scene_load reads normal maps and maps of roughness and metal, too; 0 at
                                     first, as few programs use them */
@@ -98,6 +99,11 @@ const char *const *ex_scene_names(void);                                        
    keep their numbers, what was added behind them stays as it is, and the bytes are those of a new scene at that time.
    Does nothing to other scenes. After an error (out of memory) the scene is whole but may be between two times. */
 int  ex_scene_set_time(ex_scene *scene, float time, char *error);
+/* Adds the meshes of a glTF file that are under a skin or have morph targets, once, with the file's origin at `at`; its
+   other meshes, lights and camera stay out. Set ex_animation before. They move by ex_scene_set_time. After an error the
+   scene can only be freed. */
+int  ex_scene_add_figures(ex_scene *scene, const char *path, const float at[3], char *error);
+void ex_scene_keep_figures(ex_scene *scene);   /* as they are: they do not move any more */
 int  ex_sky_load(ex_sky *sky, const char *path, char *error);                       /* .hdr */
 int  ex_sky_builtin(ex_sky *sky, const char *name, char *error);                    /* sky, overcast, studio, uniform */
 const char *const *ex_sky_names(void);

@@ -212,6 +212,24 @@ static int set_scene(rd_args *args, const char *value, char *error)
     return fail(error, "--scene %.80s: must be builtin:NAME, FILE.glb or FILE.gltf", value);
 }
 
+/* FILE@x,y,z; the last @ counts, and what stands behind it must be numbers to be a place. */
+static int set_figure(rd_args *args, const char *value, char *error)
+{
+    const char *at = strrchr(value, '@');
+    double n[3] = { 0, 0, 0 };
+    size_t length = at ? (size_t)(at - value) : strlen(value);
+    if (at && (parse_list(at + 1, n, 3) != 3 || !are_moderate(n, 3)))
+        return fail(error, "--figure %.80s: behind @ three numbers are expected, -1e9 to 1e9", value);
+    if (length >= sizeof args->figure)
+        return fail(error, "--figure %.80s: the name is too long", value);
+    memcpy(args->figure, value, length);
+    args->figure[length] = 0;
+    copy3(args->figure_at, n);
+    if (has_suffix(args->figure, ".glb") || has_suffix(args->figure, ".gltf"))
+        return 0;
+    return fail(error, "--figure %.80s: must be FILE.glb or FILE.gltf, and may have @x,y,z behind it", value);
+}
+
 static int set_env(rd_args *args, const char *value, char *error)
 {
     args->env = value;
@@ -353,6 +371,7 @@ static int keep_for_later(rd_args *args, const char *value, char *error)
 
 static const struct { const char *name; int (*set)(rd_args *args, const char *value, char *error); } options[] = {
     { "--technique", set_technique }, { "--backend", set_backend }, { "--scene", set_scene }, { "--env", set_env },
+    { "--figure", set_figure },
     { "--light", set_light }, { "--baked", set_baked }, { "--camera", set_camera }, { "--size", set_size },
     { "--samples", keep_for_later }, { "--frames", set_frames }, { "--time", set_time }, { "--seed", set_seed },
     { "--threads", set_threads },

@@ -13,6 +13,8 @@ typedef struct rd_args {
     const rd_technique *technique;
     int          use_gl;
     const char  *scene, *env, *out, *json;             /* NULL where not given */
+    char         figure[512];  /* file of --figure; "" where not given */
+    float        figure_at[3];
     const char  *baked[RD_MOST_BAKED];
     size_t       baked_count;
     rd_light_arg *lights;      /* freed by rd_args_free */

@@ -26,6 +26,9 @@ typedef struct ism_state {
     int         light_rsm;
     uint32_t    rsm, shadow, light_points;
     size_t      direct_bytes;            /* the shadow map of direct light */
+    int         keep;
+    im_rsms     last;                    /* of the frame before, with keep=1 */
+    size_t      rsm_count, kept;         /* pictures of this frame, and how many are those of the one before */
     ism_stats   stats;                   /* of the first bounce, or of emitted light where there is none */
     double      rsm_ms, direct_ms, choose_ms, build_ms, shade_ms;
 } ism_state;
@@ -120,6 +123,7 @@ static void close_ism(void *state)
         ism_free(s->maps[i]);
     im_gl_close(s->gl);
     im_mesh_free(&s->mesh);
+    im_rsms_free(&s->last);
     free(s);
 }
 
@@ -149,6 +153,7 @@ static int open_ism(void **state, const rd_job *job, char *error)
     s->shadow = (uint32_t)rd_setting_integer(job->settings, "shadow_map_side");
     s->light_points = (uint32_t)rd_setting_integer(job->settings, "light_point_count");
     s->light_rsm = rd_setting_integer(job->settings, "light_rsm");
+    s->keep = rd_setting_integer(job->settings, "keep");
     s->shading = make_shading(job);
     if (job->gl)
         s->gl = im_gl_open(job, LEVELS, error);
@@ -289,8 +294,10 @@ static int add_first(ism_state *s, const rd_job *job, im_rsms *rsms, ex_image *o
     ism_source *sources, bounced;
     size_t count;
     int result, any = 0;
-    if (im_rsms_render(rsms, job, s->rsm, error) != 0)
+    if (im_rsms_render(rsms, s->keep ? &s->last : NULL, job, s->rsm, error) != 0)
         return -1;
+    s->rsm_count = rsms->count;
+    s->kept = rsms->kept;
     memset(&bounced, 0, sizeof bounced);
     if (!s->light_rsm) {
         if (add_emitted(s, job, 0, 0, &any, out, error) != 0)
@@ -322,8 +329,12 @@ static int frame_ism(void *state, const rd_job *job, ex_image *out, char *error)
 {
     ism_state *s = state;
     im_rsms rsms;
+    rd_job still = *job;
     double start = ex_seconds();
-    int result = im_lamps_build(&rsms, job, s->light_points, s->light_rsm, error), any;
+    int result, any;
+    if (s->keep)
+        still.seed -= job->frame;       /* points on lamps stay where they are */
+    result = im_lamps_build(&rsms, &still, s->light_points, s->light_rsm, error);
     if (result == 0 && s->gl)
         result = im_gl_view(s->gl, job->gbuffer, error);
     if (result == 0 && s->indirect)
@@ -337,7 +348,11 @@ static int frame_ism(void *state, const rd_job *job, ex_image *out, char *error)
     s->direct_ms = 1000 * (ex_seconds() - start);
     if (result == 0 && s->indirect)
         result = add_bounces(s, job, out, error);
-    im_rsms_free(&rsms);
+    im_rsms_free(&s->last);
+    if (s->keep && result == 0)
+        s->last = rsms;
+    else
+        im_rsms_free(&rsms);
     return result;
 }
 
@@ -359,6 +374,8 @@ static void report_ism(const void *state, rd_report *report)
     rd_json_integer(json, "surfels", s->stats.surfels);
     rd_json_integer(json, "interleave", s->shading.interleave);
     rd_json_integer(json, "bounces", (uint64_t)(s->indirect ? s->bounces : 0));
+    rd_json_integer(json, "maps", s->rsm_count);
+    rd_json_integer(json, "kept_maps", s->kept);
     rd_json_integer(json, "renewed", s->stats.renewed);
     rd_json_integer(json, "jumped", s->stats.jumped);
     rd_json_integer(json, "splats", s->stats.splats);
@@ -386,6 +403,8 @@ static const rd_key keys[] = {
     { "shadow_map_side", RD_INTEGER, NULL, 16, 4096, "1024", "texels a side of the shadow maps of direct light" },
     { "light_point_count", RD_INTEGER, NULL, 1, 1024, "64",
       "RSMs for each area light, the emissive meshes and the sky" },
+    { "keep", RD_WORD, "0|1", 0, 0, "0",
+      "1: RSMs whose light and casters are as in the last frame are not drawn, and points on lamps stay" },
     { "light_rsm", RD_WORD, "0|1", 0, 0, "1", "0: light of area lights and emissive meshes bounces by imperfect RSMs" },
     { "importance", RD_WORD, "flux|brsm|guided|brsm_mean|guided_mean", 0, 0, "guided", "how VPLs are chosen" },
     { "spread", RD_WORD, "area|view1|view8|pair", 0, 0, "pair", "how surfels are spread over triangles" },

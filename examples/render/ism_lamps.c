@@ -503,13 +503,66 @@ static int render_lamp(im_rsms *r, const rd_job *job, const ex_clusters *cluster
     return add_cube(r, job, clusters, lamp, (size + 1) / 2, error);
 }
 
-/* Lights without size have pictures of their own, points on lamps and of the sky share the texels of one. */
-int im_rsms_render(im_rsms *r, const rd_job *job, uint32_t size, char *error)
+/* ---- pictures that are kept ---- */
+
+static uint64_t add_bytes(uint64_t key, const void *bytes, size_t count)
 {
-    ex_clusters *clusters = ex_clusters_build(job->scene);
+    const unsigned char *from = bytes;
+    uint64_t word;
+    for (; count >= sizeof word; count -= sizeof word, from += sizeof word) {
+        memcpy(&word, from, sizeof word);
+        key = (key ^ word) * 0x9e3779b97f4a7c15u;
+        key ^= key >> 32;
+    }
+    for (word = count; count > 0; count--)
+        word = word << 8 | *from++;
+    key = (key ^ word) * 0x9e3779b97f4a7c15u;
+    return key ^ key >> 29;
+}
+
+/* What a frame may change of what a lamp sees. Two scenes have the same key once in 2^64. */
+static uint64_t scene_key(const rd_job *job, uint32_t size)
+{
+    const ex_scene *scene = job->scene;
+    uint64_t key = add_bytes(size, job->center, sizeof job->center);
+    key = add_bytes(key, &job->radius, sizeof job->radius);
+    for (uint32_t i = 0; i < scene->mesh_count; i++) {
+        const ex_mesh *mesh = &scene->meshes[i];
+        key = add_bytes(key, mesh->positions, 3 * sizeof(float) * (size_t)mesh->vertex_count);
+        key = add_bytes(key, mesh->normals, 3 * sizeof(float) * (size_t)mesh->vertex_count);
+        key = add_bytes(key, mesh->materials, sizeof *mesh->materials * (size_t)mesh->triangle_count);
+    }
+    for (uint32_t i = 0; i < scene->object_count; i++) {
+        key = add_bytes(key, scene->objects[i].transform, sizeof scene->objects[i].transform);
+        key = add_bytes(key, &scene->objects[i].material, sizeof scene->objects[i].material);
+    }
+    for (uint32_t i = 0; i < scene->material_count; i++)
+        key = add_bytes(key, scene->materials[i].base_color, sizeof scene->materials[i].base_color);
+    return key;
+}
+
+/* Takes sources of the frame before. */
+static int take_sources(im_rsms *r, im_rsms *last, size_t first, size_t end)
+{
+    for (size_t i = first; i < end; i++) {
+        if (grow_sources(r) != 0)
+            return -1;
+        r->sources[r->count] = last->sources[i];
+        r->arrays[r->count++] = last->arrays[i];
+        last->arrays[i] = NULL;
+        r->kept++;
+    }
+    return 0;
+}
+
+/* Lights without size have pictures of their own, points on lamps and of the sky share the texels of one. */
+static int render_lamps(im_rsms *r, im_rsms *last, const rd_job *job, uint32_t size, int *all_kept, char *error)
+{
+    ex_clusters *clusters = NULL;
     size_t samples = 0;
     uint32_t part = size;
-    int result = clusters ? 0 : im_out_of_memory(error);
+    int result = 0;
+    *all_kept = last && last->lamp_count == r->lamp_count;
     for (size_t i = 0; i < r->lamp_count; i++)
         samples += r->lamps[i].light == UINT32_MAX;
     if (samples > 1)
@@ -517,11 +570,39 @@ int im_rsms_render(im_rsms *r, const rd_job *job, uint32_t size, char *error)
     if (part < LEAST_SIDE)
         part = LEAST_SIDE < size ? LEAST_SIDE : size;
     for (size_t i = 0; i < r->lamp_count && result == 0; i++) {
-        im_lamp lamp = r->lamps[i];
-        result = render_lamp(r, job, clusters, &lamp, lamp.light == UINT32_MAX ? part : size, error);
+        const im_lamp lamp = r->lamps[i];
+        const int keep = last && i < last->lamp_count && memcmp(&lamp, &last->lamps[i], sizeof lamp) == 0;
+        r->first[i] = r->count;
+        *all_kept = *all_kept && keep;
+        if (!keep && !clusters)
+            clusters = ex_clusters_build(job->scene);
+        if (keep)
+            result = take_sources(r, last, last->first[i], last->first[i + 1]) == 0 ? 0 : im_out_of_memory(error);
+        else if (clusters)
+            result = render_lamp(r, job, clusters, &lamp, lamp.light == UINT32_MAX ? part : size, error);
+        else
+            result = im_out_of_memory(error);
     }
     ex_clusters_free(clusters);
-    return result == 0 ? add_ground(r, job, error) : -1;
+    r->first[r->lamp_count] = r->count;
+    return result;
+}
+
+int im_rsms_render(im_rsms *r, im_rsms *last, const rd_job *job, uint32_t size, char *error)
+{
+    int all_kept;
+    r->key = scene_key(job, size);
+    r->first = malloc((r->lamp_count + 1) * sizeof *r->first);
+    if (!r->first)
+        return im_out_of_memory(error);
+    if (last && (!last->first || last->key != r->key))
+        last = NULL;
+    if (render_lamps(r, last, job, size, &all_kept, error) != 0)
+        return -1;
+    if (!all_kept)
+        return add_ground(r, job, error);
+    r->rings = last->rings;
+    return take_sources(r, last, last->count - last->rings, last->count) == 0 ? 0 : im_out_of_memory(error);
 }
 
 void im_rsms_free(im_rsms *r)
@@ -531,6 +612,7 @@ void im_rsms_free(im_rsms *r)
     free(r->arrays);
     free(r->sources);
     free(r->lamps);
+    free(r->first);
     memset(r, 0, sizeof *r);
 }
 

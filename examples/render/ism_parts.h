@@ -25,13 +25,17 @@ typedef struct im_rsms {
     size_t      rings;         /* the last ones of these: not pictures but the ground beyond them */
     im_lamp    *lamps;
     size_t      lamp_count;
+    size_t     *first;         /* source that each lamp begins with, and the first one behind all of them */
+    uint64_t    key;           /* of all that the pictures show, and their size */
+    size_t      kept;          /* pictures, and rings, that are those of the frame before */
 } im_rsms;
 
 /* Lights without size and the sky, and with areas area lights and emissive meshes; samples: lamps for the sky, for each
    area light and for the meshes together. */
 int  im_lamps_build(im_rsms *out, const rd_job *job, uint32_t samples, int areas, char *error);
-/* For the sun and the sky also the ground beyond. */
-int  im_rsms_render(im_rsms *out, const rd_job *job, uint32_t size, char *error);
+/* For the sun and the sky also the ground beyond. last: those of the frame before, or NULL. Pictures of a lamp that is
+   as it was there, if the scene is, are taken from it and not rendered: they would have the same bytes. */
+int  im_rsms_render(im_rsms *out, im_rsms *last, const rd_job *job, uint32_t size, char *error);
 void im_rsms_free(im_rsms *rsms);
 
 /* Light of suns, spots and points that reaches the G-buffer directly, tested against shadow maps of size x size texels,

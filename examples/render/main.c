@@ -22,6 +22,7 @@ static void print_help(void)
          "  --technique NAME      csm, shadowfield, envshadow, rsm, ism or reference\n"
          "  --backend cpu|gl      default cpu\n"
          "  --scene SCENE         builtin:NAME, FILE.glb or FILE.gltf\n"
+         "  --figure FILE[@x,y,z] what is skinned in a glTF file stands in the scene, too\n"
          "  --env SKY             builtin:NAME or a latitude-longitude FILE.hdr\n"
          "                        default where nothing else shines: builtin:sky; rsm, ism: sun:0.48,0.8,0.36\n"
          "  --light LIGHT         may be repeated; directions point to the sun and out of lamps; d, n, u, v, p, q are\n"

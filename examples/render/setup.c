@@ -59,6 +59,49 @@ static void place_lamps(ex_scene *scene, const rd_job *job, float time)
     }
 }
 
+/* ---- the setting `sun_turn` ---- */
+
+static int find_sun(ex_scene *scene, rd_job *job, const rd_args *args, char *error)
+{
+    uint32_t i = 0;
+    job->sun_turn = rd_setting_number(&args->settings, "sun_turn");
+    if (!(job->sun_turn < 0 || job->sun_turn > 0))
+        return 0;
+    while (i < scene->light_count && scene->lights[i].kind != EX_LIGHT_SUN)
+        i++;
+    if (i == scene->light_count) {
+        snprintf(error, EX_ERROR_SIZE, "sun_turn: the scene has no sun; --light sun:0.48,0.8,0.36 is one");
+        return -1;
+    }
+    job->sun_number = i;
+    job->sun = scene->lights[i];
+    scene->animated = 1;
+    return 0;
+}
+
+/* As seen from 45 degrees north, where +X is east and +Z south: about the pole, which stands half way up the sky in
+   the north, from east over south to west. Below the horizon the sun is dark. */
+static void place_sun(ex_scene *scene, const rd_job *job, float time)
+{
+    const double angle = job->sun_turn * (double)time / 180 * 3.14159265358979323846, c = cos(angle), s = -sin(angle);
+    const double pole[3] = { 0, 0.70710678118654752, -0.70710678118654752 };
+    const float *d = job->sun.direction;
+    ex_light *sun = &scene->lights[job->sun_number];
+    double on = 0, crossed[3];
+    if (!(job->sun_turn < 0 || job->sun_turn > 0))
+        return;
+    for (int k = 0; k < 3; k++) {
+        const int i = (k + 1) % 3, j = (k + 2) % 3;
+        on += pole[k] * (double)d[k];
+        crossed[k] = pole[i] * (double)d[j] - pole[j] * (double)d[i];
+    }
+    *sun = job->sun;
+    for (int k = 0; k < 3; k++)
+        sun->direction[k] = (float)(c * (double)d[k] + s * crossed[k] + (1 - c) * on * pole[k]);
+    if (!(sun->direction[1] > 0))
+        memset(sun->value, 0, sizeof sun->value);
+}
+
 /* Together they give the scene's middle about pi. */
 static int add_lamps(ex_scene *scene, rd_job *job, const rd_args *args, char *error)
 {
@@ -225,11 +268,12 @@ static int finish(ex_scene *scene, rd_job *job, rd_emitter **emitters, const rd_
     if (rd_setting_is(&args->settings, "still", "1")) {
         scene->animated = 0;
         scene->pose = NULL;
+        ex_scene_keep_figures(scene);
     }
     if (add_lights(scene, job, args, error) != 0 || add_lamps(scene, job, args, error) != 0)
         return -1;
     has_light = scene->light_count > 0 || job->emitter_count > 0 || scene->sky.width > 0;
-    if (add_sky(scene, args, has_light, error) != 0)
+    if (add_sky(scene, args, has_light, error) != 0 || find_sun(scene, job, args, error) != 0)
         return -1;
     return ground && ex_scene_add_ground(scene) != 0 ? out_of_memory(error) : 0;
 }
@@ -239,15 +283,16 @@ static int load_scene(ex_scene *scene, const rd_args *args, float time, char *er
 {
     const char *builtin = builtin_name(args->scene);
     int result;
-    if (builtin)
-        return ex_scene_builtin(scene, builtin, time, error);
     ex_animation = (int)rd_setting_integer(&args->settings, "animation");
-    result = ex_scene_load(scene, args->scene, error);
+    result = builtin ? ex_scene_builtin(scene, builtin, time, error) : ex_scene_load(scene, args->scene, error);
+    if (result == 0 && args->figure[0])
+        result = ex_scene_add_figures(scene, args->figure, args->figure_at, error);
+    if (result == 0 && (!builtin || args->figure[0]))
+        result = ex_scene_set_time(scene, time, error);
     ex_animation = -1;
-    if (result != 0 || ex_scene_set_time(scene, time, error) == 0)
-        return result;
-    ex_scene_free(scene);
-    return -1;
+    if (result != 0)
+        ex_scene_free(scene);
+    return result;
 }
 
 int rd_setup(ex_scene *scene, rd_job *job, rd_emitter **emitters, const rd_args *args, float time, char *error)
@@ -258,6 +303,7 @@ int rd_setup(ex_scene *scene, rd_job *job, rd_emitter **emitters, const rd_args 
     if (finish(scene, job, emitters, args, error) == 0) {
         job->time = time;
         place_lamps(scene, job, time);
+        place_sun(scene, job, time);
         return 0;
     }
     ex_scene_free(scene);
@@ -272,5 +318,6 @@ int rd_move(ex_scene *scene, rd_job *job, rd_emitter **emitters, float time, cha
         return -1;
     job->time = time;
     place_lamps(scene, job, time);
+    place_sun(scene, job, time);
     return measure(scene, job, emitters, error);
 }

@@ -38,6 +38,9 @@ typedef struct rd_job {
     float              radius;
     float              ring[4];        /* centre and radius that the setting `lamp_count` goes by */
     uint32_t           ring_count;     /* the last ones of scene->lights */
+    ex_light           sun;            /* the first one of scene->lights as it is at time 0, for `sun_turn` */
+    uint32_t           sun_number;     /* which of them it is */
+    double             sun_turn;       /* degrees a second; 0 = no sun moves */
     const rd_settings *settings;       /* rd_setting_text(), _integer(), _number() */
     const char *const *baked;          /* --baked FILE, each */
     size_t             baked_count;

@@ -204,12 +204,16 @@ int main(int count, char **values)
         return printf("viewer %s\n", dapple_version), 0;
     if (count > 2 && strcmp(values[1], "--size") == 0 && sscanf(values[2], "%dx%d", &width, &height) == 2)
         at = 3;
+    if (at + 1 < count && strcmp(values[at], "--figure") == 0) {
+        p.v.show.figure = values[at + 1];
+        at += 2;
+    }
     if (at < count)
         scene = values[at++];
     if (at < count || scene[0] == '-' || strlen(scene) >= sizeof p.v.show.scene || width < 16 || height < 16) {
         int asked = count == 2 && strcmp(scene, "--help") == 0;
-        fputs("usage: viewer [--size WxH] [FILE.glb | FILE.gltf | builtin:NAME] | --help | --version"
-              "      H in the window lists the keys\n",
+        fputs("usage: viewer [--size WxH] [--figure FILE[@x,y,z]] [FILE.glb | FILE.gltf | builtin:NAME]"
+              " | --help | --version      H in the window lists the keys\n",
               asked ? stdout : stderr);
         return asked ? 0 : 2;
     }

@@ -34,6 +34,10 @@ static int parse(vw_show *s)
         PUT("--env");
         PUT(s->sky);
     }
+    if (s->figure) {
+        PUT("--figure");
+        PUT(s->figure);
+    }
     if (s->technique && technique->most_samples) {
         snprintf(samples, sizeof samples, "%u", (unsigned)samples_of(s));
         PUT("--samples");

@@ -28,6 +28,7 @@ enum { VW_MAX_CHANGES = 32, VW_MAX_FRAMES = 4096 };
 typedef struct vw_show {
     /* What is wanted; vw_show_step follows. */
     char                scene[512], sky[512];          /* as --scene and --env; sky "" = the scene's own light */
+    const char         *figure;                        /* as --figure; NULL = none */
     const rd_technique *technique;                     /* NULL: the preview, drawn by GL */
     char                changes[VW_MAX_CHANGES][100];  /* --set key=value */
     int                 change_count;
