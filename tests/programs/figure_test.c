@@ -164,7 +164,7 @@ static void the_sun_goes_from_east_over_south_to_west(void **state)
     must_move(&s, 6);
     compare_sun(&s, 0, half, half);
     close_stage(&s);
-    must_open(&s, "--scene builtin:plant --light sun:0,0.9063078,0.4226183 --set sun_turn=15", 3);  /* 65 degrees high */
+    must_open(&s, "--scene builtin:plant --light sun:0,0.9063078,0.4226183 --set sun_turn=15", 3);   /* 65 degrees */
     must_move(&s, 0);
     compare_sun(&s, 0, 0.9063078f, 0.4226183f);
     must_move(&s, 12);          /* midnight: 25 degrees below the northern horizon */
@@ -193,7 +193,8 @@ static double shadow_at(float time)
     double dark = 0, sum = 0, bright = 0;
     ex_image image;
     snprintf(arguments, sizeof arguments, "--technique rsm --scene builtin:plant --set only=direct --set ground=1 "
-             "--light sun:0.9,0.44,0.1 --set sun_turn=15 --camera 0,6,0.01,0,0,0,50 --size 64x64 --time %g", (double)time);
+             "--light sun:0.9,0.44,0.1 --set sun_turn=15 --camera 0,6,0.01,0,0,0,50 --size 64x64 --time %g",
+             (double)time);
     render_to(&image, arguments);
     for (size_t i = 0; i < 64 * 64; i++) bright = fmax(bright, (double)image.rgb[3 * i]);
     for (size_t i = 0; i < 64 * 64; i++)
