@@ -308,7 +308,7 @@ typedef struct glbk_ism_visible {       /* ism_shading.visible_fn as GLSL */
 } glbk_ism_visible;
 
 GLBK_DEF glbk_result glbk_ism_renderer_see(glbk_context *ctx, glbk_ism_renderer *renderer,
-                                           const glbk_ism_visible *visible);
+                                           const glbk_ism_visible *own);
 /* Has glbk_ism_shade ask a function of yours in place of the maps, as ism_shade asks visible_fn: near points
    are seen as their VPLs are, and no_maps does not count. Maps need not be drawn then. The text is compiled
    before the library's main, may declare uniforms as it likes, and defines
@@ -319,7 +319,7 @@ GLBK_DEF glbk_result glbk_ism_renderer_see(glbk_context *ctx, glbk_ism_renderer 
    A sampler of yours takes a unit that the library does not use: from glbk_desc.first_unit + 16 on. Pixels
    are shaded by fragments then, also with compute. A fault in the text comes as GLBK_ERR_COMPILE or
    GLBK_ERR_LINK from glbk_ism_shade, and is logged as "your text".
-   visible  NULL = the maps again
+   own      NULL = the maps again
    Errors   GLBK_ERR_ARGUMENT: renderer is NULL or was not created */
 
 GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *renderer,
@@ -411,7 +411,7 @@ struct glbk_ism_renderer {              /* the light of a picture; read only; ze
     glbk_program blur;
     glbk_program resolve;
     int          compute;               /* not 0: light is summed up and blurred by compute */
-    glbk_ism_visible visible;           /* of glbk_ism_renderer_see */
+    glbk_ism_visible own;               /* of glbk_ism_renderer_see */
 };
 
 /* ==== src/gl_ism/api_choice.h ==== */
@@ -4530,13 +4530,13 @@ typedef struct glbk__ism_job {
 } glbk__ism_job;
 
 GLBK_DEF glbk_result glbk_ism_renderer_see(glbk_context *ctx, glbk_ism_renderer *r,
-                                           const glbk_ism_visible *visible)
+                                           const glbk_ism_visible *own)
 {
     const glbk_result result = glbk__ism_check_renderer(ctx, __func__, r);
     if (result != GLBK_OK) return result;
     glbk__ism_free_shade(ctx, r);
-    memset(&r->visible, 0, sizeof r->visible);
-    if (visible) r->visible = *visible;
+    memset(&r->own, 0, sizeof r->own);
+    if (own) r->own = *own;
     return GLBK_OK;
 }
 
@@ -4544,7 +4544,7 @@ GLBK_DEF glbk_result glbk_ism_renderer_see(glbk_context *ctx, glbk_ism_renderer 
    program is in use before it is drawn with. */
 static int glbk__ism_by_compute(const glbk_ism_renderer *r, int blur)
 {
-    return r->compute && (blur || !r->visible.text);
+    return r->compute && (blur || !r->own.text);
 }
 
 /* Finds the program of a projection and of a rule near by, and compiles it at first use. */
@@ -4558,7 +4558,7 @@ static glbk_result glbk__ism_shade_program(glbk_context *ctx, glbk_ism_renderer 
     if ((*out)->name) return GLBK_OK;
     defines[15] = (char)('0' + (int)projection);
     defines[26] = (char)('0' + (int)near_mode);
-    texts[1] = r->visible.text;
+    texts[1] = r->own.text;
     if (!texts[1]) defines[27] = 0;
     return glbk__gbuffer_program_with(ctx, glbk_ism_part(), name, defines, texts, *out);
 }
@@ -4584,7 +4584,7 @@ static glbk_result glbk__ism_pixels_pass(glbk_context *ctx, const glbk__ism_job 
     (void)glbk_gbuffer_bind(ctx, job->gbuffer, NULL);       /* The callers have checked it. */
     if (blur) glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_light, &r->light);
     else glbk__ism_bind_maps(ctx, job->maps, NULL);
-    if (!blur && r->visible.bind_fn) r->visible.bind_fn(r->visible.user, ctx);
+    if (!blur && r->own.bind_fn) r->own.bind_fn(r->own.user, ctx);
     if (!compute) {
         glbk_draw_screen(ctx);
         return GLBK_OK;
@@ -4624,7 +4624,7 @@ GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *r, con
     if (result == GLBK_OK) result = glbk__ism_check_maps(ctx, __func__, m);
     if (result == GLBK_OK) result = glbk__ism_check_shading(ctx, __func__, shading, &s);
     if (result != GLBK_OK) return result;
-    if (r->visible.text) s.no_maps = 0;         /* as ism_shade asks its visible_fn in any case */
+    if (r->own.text) s.no_maps = 0;         /* as ism_shade asks its visible_fn in any case */
     else if (m->vpl_count && !m->drawn && !s.no_maps)
         return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "maps", "were never drawn: glbk_ism_draw");
     job.renderer = r;

@@ -59,7 +59,7 @@ typedef struct glbk_ism_visible {       /* ism_shading.visible_fn as GLSL */
 } glbk_ism_visible;
 
 GLBK_DEF glbk_result glbk_ism_renderer_see(glbk_context *ctx, glbk_ism_renderer *renderer,
-                                           const glbk_ism_visible *visible);
+                                           const glbk_ism_visible *own);
 /* Has glbk_ism_shade ask a function of yours in place of the maps, as ism_shade asks visible_fn: near points
    are seen as their VPLs are, and no_maps does not count. Maps need not be drawn then. The text is compiled
    before the library's main, may declare uniforms as it likes, and defines
@@ -70,7 +70,7 @@ GLBK_DEF glbk_result glbk_ism_renderer_see(glbk_context *ctx, glbk_ism_renderer 
    A sampler of yours takes a unit that the library does not use: from glbk_desc.first_unit + 16 on. Pixels
    are shaded by fragments then, also with compute. A fault in the text comes as GLBK_ERR_COMPILE or
    GLBK_ERR_LINK from glbk_ism_shade, and is logged as "your text".
-   visible  NULL = the maps again
+   own      NULL = the maps again
    Errors   GLBK_ERR_ARGUMENT: renderer is NULL or was not created */
 
 GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *renderer,
@@ -162,5 +162,5 @@ struct glbk_ism_renderer {              /* the light of a picture; read only; ze
     glbk_program blur;
     glbk_program resolve;
     int          compute;               /* not 0: light is summed up and blurred by compute */
-    glbk_ism_visible visible;           /* of glbk_ism_renderer_see */
+    glbk_ism_visible own;               /* of glbk_ism_renderer_see */
 };

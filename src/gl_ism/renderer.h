@@ -117,13 +117,13 @@ typedef struct glbk__ism_job {
 } glbk__ism_job;
 
 GLBK_DEF glbk_result glbk_ism_renderer_see(glbk_context *ctx, glbk_ism_renderer *r,
-                                           const glbk_ism_visible *visible)
+                                           const glbk_ism_visible *own)
 {
     const glbk_result result = glbk__ism_check_renderer(ctx, __func__, r);
     if (result != GLBK_OK) return result;
     glbk__ism_free_shade(ctx, r);
-    memset(&r->visible, 0, sizeof r->visible);
-    if (visible) r->visible = *visible;
+    memset(&r->own, 0, sizeof r->own);
+    if (own) r->own = *own;
     return GLBK_OK;
 }
 
@@ -131,7 +131,7 @@ GLBK_DEF glbk_result glbk_ism_renderer_see(glbk_context *ctx, glbk_ism_renderer 
    program is in use before it is drawn with. */
 static int glbk__ism_by_compute(const glbk_ism_renderer *r, int blur)
 {
-    return r->compute && (blur || !r->visible.text);
+    return r->compute && (blur || !r->own.text);
 }
 
 /* Finds the program of a projection and of a rule near by, and compiles it at first use. */
@@ -145,7 +145,7 @@ static glbk_result glbk__ism_shade_program(glbk_context *ctx, glbk_ism_renderer 
     if ((*out)->name) return GLBK_OK;
     defines[15] = (char)('0' + (int)projection);
     defines[26] = (char)('0' + (int)near_mode);
-    texts[1] = r->visible.text;
+    texts[1] = r->own.text;
     if (!texts[1]) defines[27] = 0;
     return glbk__gbuffer_program_with(ctx, glbk_ism_part(), name, defines, texts, *out);
 }
@@ -171,7 +171,7 @@ static glbk_result glbk__ism_pixels_pass(glbk_context *ctx, const glbk__ism_job 
     (void)glbk_gbuffer_bind(ctx, job->gbuffer, NULL);       /* The callers have checked it. */
     if (blur) glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_light, &r->light);
     else glbk__ism_bind_maps(ctx, job->maps, NULL);
-    if (!blur && r->visible.bind_fn) r->visible.bind_fn(r->visible.user, ctx);
+    if (!blur && r->own.bind_fn) r->own.bind_fn(r->own.user, ctx);
     if (!compute) {
         glbk_draw_screen(ctx);
         return GLBK_OK;
@@ -211,7 +211,7 @@ GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *r, con
     if (result == GLBK_OK) result = glbk__ism_check_maps(ctx, __func__, m);
     if (result == GLBK_OK) result = glbk__ism_check_shading(ctx, __func__, shading, &s);
     if (result != GLBK_OK) return result;
-    if (r->visible.text) s.no_maps = 0;         /* as ism_shade asks its visible_fn in any case */
+    if (r->own.text) s.no_maps = 0;         /* as ism_shade asks its visible_fn in any case */
     else if (m->vpl_count && !m->drawn && !s.no_maps)
         return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "maps", "were never drawn: glbk_ism_draw");
     job.renderer = r;

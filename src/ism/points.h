@@ -62,9 +62,8 @@ static int ism__is_hole(const ism_mesh *mesh, const ism__surfel *p)
     return !mesh->mask_fn(mesh->user, p->triangle, weights);
 }
 
-/* Makes point number `at` of n anew, on a triangle of cluster c, by where x lies within the cluster's share.
-   Points in holes of the mask stand for no area; the others stand for as much as without a mask, so that all
-   together stand for what is there. */
+/* Makes point `at` of n anew, on a triangle of cluster c, by where x lies in its share. Points in holes of a
+   mask stand for no area, the others for as much as without a mask: together for what is there. */
 static void ism__make_point(const ism__spread_work *w, const double *shares, size_t c, double x, uint32_t key,
                             uint32_t at, uint32_t n, ism__surfel *to)
 {
@@ -81,22 +80,22 @@ static void ism__make_point(const ism__spread_work *w, const double *shares, siz
 /* Makes the points of a VPL's tile. Each VPL has stratified random numbers (j + r) / n of its own, the same
    in every frame, so that a static scene stays as it is; one in lazy_frames of the points is made anew. So
    are points whose triangles are gone, from all triangles, since they were neighbours in the strata. Clusters
-   are found for several points at once, and the sums of their triangles are fetched meanwhile, since no cache
-   holds those of a large mesh. */
+   are found for several points at once; sums of triangles are fetched meanwhile: no cache holds them all. */
 static void ism__points_of(const ism__spread_work *w, size_t v, const double *shares)
 {
     ism_maps *m = w->m;
     uint32_t *counts = (uint32_t *)m->counts.data + 2u * v;
     ism__surfel *points = (ism__surfel *)m->surfels.data + v * m->desc.surfel_count;
     const uint32_t n = counts[0], phase = w->frame % w->period;
-    uint32_t j, key = m->desc.seed, again, used, k, numbers[ISM__AHEAD], clusters[ISM__AHEAD];
     const int fresh = w->fresh || n != counts[1];
     const uint32_t step = fresh || w->fewer ? 1u : w->period;
+    const uint32_t seed = m->desc.unstable ? ism__hash_combine(m->desc.seed, w->frame) : m->desc.seed;
+    const uint32_t key = ism__hash_combine(seed, 0x9000u + (uint32_t)v);
+    const uint32_t again = ism__hash_combine(key, w->frame);
+    uint32_t numbers[ISM__AHEAD], clusters[ISM__AHEAD];
+    uint32_t j, k, used;
     double x[ISM__AHEAD];
     size_t c = 0, i;
-    if (m->desc.unstable) key = ism__hash_combine(key, w->frame);
-    key = ism__hash_combine(key, 0x9000u + (uint32_t)v);
-    again = ism__hash_combine(key, w->frame);
     counts[1] = 0;
     for (j = step > 1u ? phase : 0; j < n;) {
         for (used = 0; used < ISM__AHEAD && j < n; j += step) {
@@ -116,8 +115,7 @@ static void ism__points_of(const ism__spread_work *w, size_t v, const double *sh
     }
 }
 
-/* Returns how many doubles a lane needs: prefix sums of shares, and as many floats for the clusters' effects.
-   */
+/* Returns how many doubles a lane needs: prefix sums of shares, and as many floats for clusters' effects. */
 static size_t ism__lane_shares(const ism__spread_work *w)
 {
     return (size_t)w->cluster_count + w->cluster_count / 2u + 2u;
@@ -245,10 +243,8 @@ static ism_result ism__renew_points(ism_maps *m, const ism__job *job)
     m->triangles = 0;               /* set once all points are made: a cancelled renewal begins anew */
     if (!ism__run(m, &job->part, 0.5f, 1.0f, ISM__LANES, ism__points_task, &w)) return ISM_ERR_CANCELLED;
     m->triangles = w.triangles;
-    for (t = 0; t < m->desc.vpl_count; t++) {
-        m->stats.surfels += ((const uint32_t *)m->counts.data)[2u * t];
-        m->stats.renewed += ((const uint32_t *)m->counts.data)[2u * t + 1u];
-    }
+    for (t = 0; t < 2u * (size_t)m->desc.vpl_count; t++)
+        *(t & 1u ? &m->stats.renewed : &m->stats.surfels) += ((const uint32_t *)m->counts.data)[t];
     return ISM_OK;
 }
 
