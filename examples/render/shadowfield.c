@@ -840,18 +840,6 @@ static sfield_result sort_bones(const sf_state *s, const ex_scene *scene)
     return SFIELD_OK;
 }
 
-/* bounce=1: rigid objects get the light that they send on as a source. */
-static sfield_result bounce(sf_state *s, const rd_job *job)
-{
-    const sfield_desc d = desc_of(job, s->basis);
-    sfield_result r = SFIELD_OK;
-    if (!rd_setting_is(job->settings, "bounce", "1"))
-        return SFIELD_OK;
-    if (!s->bounces)
-        r = sf_bounces_build(&s->bounces, job, s->surface_of, s->entities, &d);
-    return r == SFIELD_OK ? sf_bounces_light(s->bounces, s->scene, s->entities, entity_count(s)) : r;
-}
-
 static int frame_shadowfield(void *opaque, const rd_job *job, ex_image *out, char *error)
 {
     sf_state *s = opaque;
@@ -884,7 +872,8 @@ static int frame_shadowfield(void *opaque, const rd_job *job, ex_image *out, cha
         for (uint32_t i = 0; i < scene->object_count; i++)
             if (!s->surface_of[i] && s->entities[i].source)
                 add_flat(s, job, &f, i, set++);
-        r = bounce(s, job);
+        /* bounce=1: rigid objects get the light that they send on as a source */
+        r = s->bounces ? sf_bounces_light(s->bounces, s->scene, s->entities, entity_count(s)) : SFIELD_OK;
         if (r == SFIELD_OK && s->cache)
             r = keep_caches(s, scene->object_count, sets, (size_t)(set - sets), flat_from, &f);
         if (r != SFIELD_OK)
@@ -1049,6 +1038,15 @@ static int can_bounce(const rd_job *job, char *error)
     return 0;
 }
 
+static int build_bounces(sf_state *s, const rd_job *job, char *error)
+{
+    const sfield_desc d = desc_of(job, s->basis);
+    sfield_result r = SFIELD_OK;
+    if (rd_setting_is(job->settings, "bounce", "1"))
+        r = sf_bounces_build(&s->bounces, job, s->surface_of, s->entities, &d);
+    return r == SFIELD_OK ? 0 : failed("what objects send on", r, error);
+}
+
 static int open_shadowfield(void **opaque, const rd_job *job, char *error)
 {
     const int lazy = rd_setting_is(job->settings, "lazy", "1");
@@ -1100,7 +1098,7 @@ static int open_shadowfield(void **opaque, const rd_job *job, char *error)
     } else if (can_bounce(job, error) && sf_baked_open(&s->baked, job, s->basis, error) == 0 &&
                make_meshes(s, job, error) == 0 && build_lights(s, job, error) == 0 &&
                sf_baked_all_used(&s->baked, job, error) == 0 && place(s, job, error) == 0 &&
-               send_fields(s, job, error) == 0) {
+               build_bounces(s, job, error) == 0 && send_fields(s, job, error) == 0) {
         ex_progress(NULL, 1);
         *opaque = s;
         return 0;
