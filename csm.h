@@ -573,6 +573,7 @@ typedef struct cohsm_info {
     size_t   bytes;                 /* of the block */
     cohsm_layout layout;            /* COHSM_LAYOUT_COMPACT or COHSM_LAYOUT_FAST */
     size_t   fast_bytes;            /* of the trays beside the block; 0 where the layout is compact */
+    size_t   memory_bytes;          /* that the maps take of the allocator */
     double   ratio;                 /* the paper's compression ratio: view_count * pixels * 2 bytes of plain
                                        16-bit maps / bytes; pixels are M * M, or those of a shard */
 } cohsm_info;
@@ -655,6 +656,140 @@ COHSM_DEF cohsm_result cohsm_pack(const cohsm_maps *maps, const cohsm_system *sy
             cohsm_open needs half a microsecond a segment. The memory needed is twice the block and the packed
             file */
 
+/* ==== src/csm/api_stream.h ==== */
+
+/* ---- files in place, and more objects than memory holds ---- */
+
+typedef struct cohsm_open_desc {    /* how cohsm_open_file opens a file */
+    cohsm_system system;
+    cohsm_layout layout;            /* as for cohsm_open_as */
+    size_t       layout_bytes;      /* of COHSM_LAYOUT_BUDGET: the most that block and trays may take */
+    size_t       budget_bytes;      /* the most bytes of memory that the file may cost: the maps, their trays,
+                                       and what a packed file takes while it is decoded; 0 = any number. A
+                                       plain file's cost is known and refused before any memory is asked
+                                       for. What works on trays while they are made comes on top, 0.5 MB, or
+                                       eight times that with a parallel_for */
+    int          in_place;          /* not 0: the maps read the file where it lies, such as a file that the
+                                       system has mapped into memory, and keep no copy of it. The file must
+                                       begin at a multiple of 64 bytes, and stay as it is until cohsm_free.
+                                       Packed files, and all files on big-endian hosts, are decoded into
+                                       memory all the same */
+} cohsm_open_desc;
+
+COHSM_DEF cohsm_result cohsm_open_file(const cohsm_open_desc *desc, const void *data, size_t bytes,
+                                       cohsm_maps **out);
+/* Does what cohsm_open does, within a budget or without a copy. Everything is checked here, too, so that the
+   whole file is read once; later, a query reads the few lines that it asks for.
+   desc     NULL = all defaults: that is cohsm_open
+   Errors   those of cohsm_open_as; COHSM_ERR_DESC (layout), COHSM_ERR_LIMIT (the file costs more than
+            budget_bytes: the log says how much), COHSM_ERR_MEMORY (in_place, and data is not at a multiple of
+            64 bytes) */
+
+COHSM_DEF cohsm_result cohsm_file_info(const void *data, size_t bytes, const cohsm_system *system,
+                                       cohsm_info *out);
+/* Writes what a plain or packed file holds, by its header alone, which is checked; the rest is not read.
+   out      receives what cohsm_get_info would write for the maps that cohsm_open makes of the file
+   system   NULL: no log. Nothing else of it is used
+   Errors   COHSM_ERR_ARGUMENT (NULL), COHSM_ERR_FORMAT, COHSM_ERR_VERSION, COHSM_ERR_MISMATCH (a packed file,
+            in a header that was joined without pack) */
+
+typedef struct cohsm_stream cohsm_stream;   /* many objects, of which as many as fit are in memory */
+
+typedef struct cohsm_stream_desc {
+    cohsm_system system;
+    uint32_t     object_count;      /* 1..2^24; each has a file */
+    size_t       budget_bytes;      /* above 0: the most bytes that the objects in memory may take together:
+                                       what the maps of each take (cohsm_info.memory_bytes), its file's bytes
+                                       if it is read in place, and while a packed file is decoded what that
+                                       takes. Beside them the stream takes 0.5 KB for each object */
+    int          in_place;          /* as in cohsm_open_desc */
+    int (*load_fn)(void *user, uint32_t object, const void **data, size_t *bytes);
+    /* Gives the file of an object, read or mapped into memory; the same one each time. Not 0: there is none,
+       and the call that wants it ends with COHSM_ERR_CANCELLED. */
+    void (*unload_fn)(void *user, uint32_t object, const void *data, size_t bytes);
+    /* Takes back what load_fn gave: as soon as the file has been copied or decoded or was refused, or, if it
+       is read in place, when the object leaves memory. NULL = there is nothing to do. */
+    void        *user;              /* given to load_fn and unload_fn */
+} cohsm_stream_desc;
+
+COHSM_DEF cohsm_result cohsm_stream_create(const cohsm_stream_desc *desc, cohsm_stream **out);
+/* Makes a stream, which cohsm_stream_free takes back. Nothing is loaded yet.
+   Errors   COHSM_ERR_ARGUMENT (NULL), COHSM_ERR_DESC, COHSM_ERR_ALLOC */
+
+COHSM_DEF cohsm_result cohsm_stream_use(cohsm_stream *stream, uint32_t object, const cohsm_maps **out);
+/* Gives the maps of an object, which stay in memory until they were released as often as they were held. If
+   they are not there yet, the file is loaded and opened, for which objects that nobody holds leave, the one
+   that was used least recently first. A stream belongs to one thread at a time; the maps may be asked by any.
+   Errors   COHSM_ERR_ARGUMENT (NULL, object), COHSM_ERR_CANCELLED (load_fn), COHSM_ERR_LIMIT (beside the
+            objects that are held the budget has no room), those of cohsm_open_file, COHSM_ERR_INPUT (the
+            object has another file than before). The log says which object */
+
+COHSM_DEF void cohsm_stream_end(cohsm_stream *stream, uint32_t object);
+/* Ends one hold. The maps stay in memory until others need the room. Does nothing for NULL, and for an object
+   that is not held. */
+
+typedef struct cohsm_stream_instance {  /* an object of a scene; several may name the same object */
+    uint32_t object;                /* 0..object_count - 1 */
+    float    transform[16];         /* as in cohsm_instance */
+} cohsm_stream_instance;
+
+COHSM_DEF cohsm_result cohsm_stream_visible_scene(cohsm_stream *stream,
+                                                  const cohsm_stream_instance *instances,
+                                                  size_t instance_count, const cohsm_query *query,
+                                                  float *visible, size_t *refused);
+/* Writes what cohsm_visible_scene writes, to the last bit, for a scene whose objects need not fit into memory
+   together: one after the other is held and asked by all points. Objects are left where they are if no way to
+   the light meets their spheres; these are known from the first time on that an object was loaded.
+   Errors   those of cohsm_visible_scene and cohsm_stream_use; COHSM_ERR_INPUT also for an instance whose
+            object there is none of. The log is that of the stream
+   Cost     that of cohsm_visible_scene, and of loading; 4 bytes of memory for each point. A scene whose
+            points meet more objects than fit, in the same order each time, loads all of them each time: order
+            instances from near to far, or ask for the points of one region at a time */
+
+typedef struct cohsm_stream_stats {
+    uint32_t objects, held;         /* in memory; of them those that are held */
+    size_t   bytes, peak_bytes;     /* what they take now, and took at most, by the rule of budget_bytes */
+    uint64_t hits, loads, evictions;    /* holds that found the object in memory; that did not; objects that
+                                           left for others */
+} cohsm_stream_stats;
+
+COHSM_DEF void cohsm_stream_get_stats(const cohsm_stream *stream, cohsm_stream_stats *out);
+/* Does nothing if a pointer is NULL. */
+
+COHSM_DEF void cohsm_stream_free(cohsm_stream *stream);
+/* Gives back a stream and all its objects, held or not. NULL is allowed. */
+
+/* ==== src/csm/api_places.h ==== */
+
+/* ---- fewer maps for the same answers ---- */
+
+typedef struct cohsm_places_desc {
+    cohsm_system       system;
+    const cohsm_maps  *candidates;      /* maps of more places than you want to keep, N <= 16,384, such as
+                                           small ones (map_side 32) of a LIST or TABLE: by their answers
+                                           places are compared */
+    const float       *receivers;       /* x, y, z of points as those that will ask, some thousands, in the
+                                           space of the maps */
+    size_t             receiver_count;
+    size_t             receiver_stride; /* bytes, a multiple of 4, >= 12; 0 = 12 */
+    uint32_t           place_count;     /* K, how many of the candidates to choose, 1..N */
+    float              bias;            /* as in cohsm_query */
+} cohsm_places_desc;
+
+COHSM_DEF cohsm_result cohsm_places_choose(const cohsm_places_desc *desc, uint32_t *places, uint32_t *instead,
+                                           double *error);
+/* Chooses those candidates that answer best for all others: adaptive sampling of a domain (section 7), by
+   measured error. The error is the share of pairs of candidate and receiver whose answer changes if the
+   candidate's map is replaced by that of the place which stands for it. Places are taken one by one, each
+   where it lowers the error most, then exchanged as long as that lowers the error.
+   places    receives place_count numbers of candidates, rising
+   instead   receives for each of the N candidates the number within `places` of the one that stands for it,
+             by which lights of the candidates ask maps of the places (COHSM_LIGHT_INDEX)
+   error     may be NULL; receives the error, 0..1
+   Errors    COHSM_ERR_ARGUMENT (NULL), COHSM_ERR_DESC, COHSM_ERR_ALLOC, COHSM_ERR_CANCELLED
+   Cost      N receiver_count queries and N^2 (receiver_count / 32 + place_count) steps; N^2 4 + N
+             receiver_count / 8 bytes of memory */
+
 /* ==== src/csm/api_builder.h ==== */
 
 /* ---- layers from your own renderer ---- */
@@ -698,6 +833,25 @@ COHSM_DEF cohsm_result cohsm_builder_add(cohsm_builder *builder, uint32_t index,
    Errors       COHSM_ERR_ARGUMENT (NULL), COHSM_ERR_ORDER (another index), COHSM_ERR_INPUT (NaN, or layers
                 out of order; the view may be given again), COHSM_ERR_ALLOC (the builder can then only be
                 freed) */
+
+typedef struct cohsm_segment {      /* a run of views for which one depth serves a pixel (equation 1) */
+    uint32_t first;                 /* the view that it begins with; it ends before the pixel's next one */
+    uint32_t pixel;                 /* of the map, y * M + x */
+    uint32_t value;                 /* lo | hi << 8: the grid values that separate the layers of all views;
+                                       or an exact depth | 1 << 16. Grid value i stands for the 16-bit depth
+                                       floor(i 65535 / (2^depth_bits - 1)), the greatest for infinity */
+} cohsm_segment;
+
+COHSM_DEF cohsm_result cohsm_builder_import(cohsm_builder *builder, const cohsm_segment *segments,
+                                              size_t count);
+/* Takes the segments of all views at once, in place of their layers: from whoever has found them, such as the
+   GPU. Nothing is compressed here; time goes by segments, not by views times pixels.
+   segments   count of them. Those of a pixel come in the order of their views, and those of views below a
+              multiple of 65,536 before those from there on. Each pixel has one that begins with view 0, and
+              with each multiple of 65,536. Pixels outside the range of a shard are left out
+   Errors     COHSM_ERR_ARGUMENT (NULL), COHSM_ERR_ORDER (views were added, or this was called before),
+              COHSM_ERR_INPUT (a segment out of order or of range, or missing), COHSM_ERR_ALLOC. After the
+              last two the builder can only be freed */
 
 COHSM_DEF cohsm_result cohsm_builder_finish(cohsm_builder *builder, cohsm_maps **out, cohsm_stats *stats);
 /* Makes the maps after the last view. The builder can then only be freed.
@@ -1924,8 +2078,8 @@ typedef struct cohsm__trays {           /* the fast layout: see trays.h */
 struct cohsm_maps {
     cohsm__allocator  allocator;
     void             *memory;           /* what the allocator gave */
-    uint32_t         *words;            /* the block, 64-byte aligned in it so that its lines are cache
-                                           lines */
+    const uint32_t   *words;            /* the block, 64-byte aligned in it so that its lines are cache
+                                           lines; in the caller's file if memory is NULL */
     cohsm__header     head;
     const uint32_t   *order, *lookup, *directories, *lines;
     const float      *locations;
@@ -4875,6 +5029,14 @@ static uint32_t cohsm__block_crc(const uint32_t *words, size_t count)
     return crc;
 }
 
+static void cohsm__dop_in_radii(cohsm_maps *m)
+{
+    int i;
+    for (i = 0; i < 2 * COHSM__DOP_AXES; i++)
+        m->dop[i] = (m->head.dop[i] - cohsm__v3_dot(cohsm__dop_axis(i / 2), cohsm__v3_load(m->head.center))) /
+                    m->head.radius;
+}
+
 /* Finds the sections of a block whose header is sound, and makes the tables that queries read. */
 static void cohsm__find_sections(cohsm_maps *m)
 {
@@ -4893,10 +5055,7 @@ static void cohsm__find_sections(cohsm_maps *m)
     m->range = m->head.pixel_end - m->head.pixel_begin;
     for (i = 0; i < 512; i++)
         m->depth_of[i] = (uint16_t)(i < grid ? i * 65535u / grid : (uint32_t)COHSM__INFINITE);
-    for (i = 0; i < 2 * COHSM__DOP_AXES; i++)
-        m->dop[i] =
-            (m->head.dop[i] - cohsm__v3_dot(cohsm__dop_axis((int)(i / 2)), cohsm__v3_load(m->head.center))) /
-            m->head.radius;
+    cohsm__dop_in_radii(m);
     m->simd = cohsm__simd();
     if (m->angles) cohsm__latlong_angles(m->head.side, m->angles);
 }
@@ -5166,6 +5325,7 @@ COHSM_DEF void cohsm_get_info(const cohsm_maps *m, cohsm_info *out)
     out->bytes = 4 * (size_t)h->words;
     out->layout = m->trays.lines ? COHSM_LAYOUT_FAST : COHSM_LAYOUT_COMPACT;
     out->fast_bytes = m->trays.bytes;
+    out->memory_bytes = cohsm__maps_bytes(h) - (m->memory ? 0 : out->bytes + 64) + m->trays.bytes;
     out->ratio = 2.0 * (double)h->view_count * (double)m->range / (double)out->bytes;
 }
 
@@ -8599,6 +8759,113 @@ COHSM_DEF cohsm_result cohsm_builder_add(cohsm_builder *b, uint32_t index, const
     return cohsm__log_result(&log, cohsm__close_batch(b));
 }
 
+/* ==== src/csm/segments.h ==== */
+
+/* ---- segments: found elsewhere, and written here ---- */
+
+/* While a chunk is taken, b->span holds for each pixel where its last segment begins, or -1. */
+static void cohsm__await_segments(cohsm_builder *b)
+{
+    uint32_t p;
+    for (p = 0; p < b->range_pixels; p++) b->span[p] = -1;
+}
+
+/* Writes the lists of the chunk that ends before view `end`, after checking that each pixel has a segment. */
+static cohsm_result cohsm__end_segments(cohsm_builder *b, uint32_t end, const cohsm__logger *log)
+{
+    const uint32_t views = ((end - 1u) & (COHSM__CHUNK - 1u)) + 1u;
+    cohsm_result result;
+    uint32_t p;
+
+    for (p = 0; p < b->range_pixels; p++) {
+        if (b->span[p] < 0) {
+            cohsm__log_value(log, "the pixel without a segment", (double)(b->desc.pixel_begin + p), "none");
+            return COHSM_ERR_INPUT;
+        }
+        b->first[p] = views;            /* nothing is open */
+    }
+    b->next_view = end;
+    result = cohsm__close_chunk(b);
+    cohsm__await_segments(b);
+    return result;
+}
+
+/* Returns the range of a pixel. */
+static cohsm__range *cohsm__range_of(cohsm_builder *b, uint32_t pixel)
+{
+    uint32_t lo = 0, hi = COHSM__RANGES, middle;
+    while (hi - lo > 1u) {
+        middle = (lo + hi) / 2u;
+        if (b->ranges[middle].begin <= pixel) lo = middle;
+        else hi = middle;
+    }
+    return &b->ranges[lo];
+}
+
+/* Takes one segment, of pixel p of the shard. Returns COHSM_ERR_INPUT if it does not follow the last one. */
+static cohsm_result cohsm__take_segment(cohsm_builder *b, const cohsm_segment *s, uint32_t p)
+{
+    const uint32_t first = s->first & (COHSM__CHUNK - 1u), exact = s->value & 65536u;
+    const uint32_t lo = s->value & 255u, hi = s->value >> 8 & 255u;
+    cohsm__range *r = cohsm__range_of(b, p);
+
+    if (s->value > 131071u || (!exact && (lo > hi || hi > b->grid.top))) return COHSM_ERR_INPUT;
+    if (b->span[p] < 0 ? first != 0 : (int64_t)first <= b->span[p]) return COHSM_ERR_INPUT;
+    if (!cohsm__page_ready(b, r, 1)) {
+        if (cohsm__take_spares(b) != COHSM_OK) return COHSM_ERR_ALLOC;
+        cohsm__page_ready(b, r, 1);
+    }
+    b->span[p] = (int32_t)first;
+    b->first[p] = first;
+    cohsm__close_segment(b, r, p, exact ? COHSM__EXACT : 0u, lo, hi);
+    r->exact += exact != 0;
+    return COHSM_OK;
+}
+
+/* Takes all segments in their order, and writes the lists of each chunk when the next one begins. */
+static cohsm_result cohsm__take_segments(cohsm_builder *b, const cohsm_segment *segments, size_t count,
+                                         const cohsm__logger *log)
+{
+    uint32_t chunk = 0;
+    cohsm_result result = COHSM_OK;
+    size_t i;
+
+    cohsm__await_segments(b);
+    for (i = 0; i < count && result == COHSM_OK; i++) {
+        const cohsm_segment *s = &segments[i];
+        const uint32_t p = s->pixel - b->desc.pixel_begin;
+        if (s->pixel >= b->head.map_side * b->head.map_side || s->first >= b->head.view_count ||
+            s->first >> COHSM__CHUNK_BITS < chunk)
+            result = COHSM_ERR_INPUT;
+        else if (s->first >> COHSM__CHUNK_BITS > chunk) {
+            result = cohsm__end_segments(b, ++chunk << COHSM__CHUNK_BITS, log);
+            if (result != COHSM_OK) return result;
+            i--;                        /* it may begin a later chunk, too */
+            continue;
+        }
+        if (result == COHSM_OK && p < b->range_pixels) result = cohsm__take_segment(b, s, p);
+        if (result == COHSM_ERR_INPUT)
+            cohsm__log_element_text(log, "segments", i, "is out of order, or of range");
+    }
+    return result == COHSM_OK ? cohsm__end_segments(b, b->head.view_count, log) : result;
+}
+
+COHSM_DEF cohsm_result cohsm_builder_import(cohsm_builder *b, const cohsm_segment *segments, size_t count)
+{
+    cohsm__logger log;
+    cohsm_result result;
+
+    if (!b) return COHSM_ERR_ARGUMENT;
+    log = cohsm__logger_of(&b->desc.system, "cohsm_builder_import");
+    if (!segments) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "segments", "is NULL");
+    if (b->finished || b->next_view || b->batch_count)
+        return cohsm__refuse(&log, COHSM_ERR_ORDER, "the builder", "has views, or has ended");
+    result = cohsm__take_segments(b, segments, count, &log);
+    if (result == COHSM_OK) b->batch_begin = b->head.view_count;
+    else b->finished = 1;
+    return cohsm__log_result(&log, result);
+}
+
 /* ==== src/csm/query_tiles.h ==== */
 
 /* ---- query: one tile through the way that suits it ---- */
@@ -9048,9 +9315,9 @@ static void cohsm__ask_instance(cohsm__tile *t, const cohsm_query *q, const cohs
     if (n) cohsm__flush_tile(t, inverse, visible);
 }
 
-/* Finds the samples that a bunch of instances must be asked for: if own is 1, those that lie on one of them;
-   if own is 0, all others whose rays may meet it. A sample of entity 0 lies on none. */
-static void cohsm__find_asked(cohsm__bunch *b, const cohsm_instance *instances, uint32_t first,
+/* Finds the samples that a bunch of instances, from number `first` on, must be asked for: if own is 1, those
+   that lie on one of them; if 0, all others whose rays may meet it. A sample of entity 0 lies on none. */
+static void cohsm__find_asked(cohsm__bunch *b, const cohsm_instance *bunch, uint32_t first,
                               const cohsm_query *q, size_t begin, size_t count, int own, int tested)
 {
     uint32_t j;
@@ -9058,8 +9325,8 @@ static void cohsm__find_asked(cohsm__bunch *b, const cohsm_instance *instances, 
 
     memset(b->asked, own || tested ? 0 : 0xff, sizeof b->asked);
     if (!own && tested) {
-        for (j = 0; j < b->count; j++) b->sphere[j] = cohsm__sphere_of(&instances[first + j], q);
-        cohsm__choose_kernels(instances[first].maps->simd).meet_spheres(q, begin, count, b);
+        for (j = 0; j < b->count; j++) b->sphere[j] = cohsm__sphere_of(&bunch[j], q);
+        cohsm__choose_kernels(bunch->maps->simd).meet_spheres(q, begin, count, b);
     }
     for (j = 0; j < b->count && count % 32; j++) b->asked[j][count / 32] &= (1u << count % 32) - 1u;
     for (i = 0; q->entities && i < count; i++) {
@@ -9118,7 +9385,7 @@ static void cohsm__ask_block(cohsm__tile *t, const cohsm_instance *instances, ui
     for (own = q->entities != NULL; own >= 0; own--)
         for (first = 0; first < instance_count; first += b.count) {
             b.count = cohsm__min_u32(instance_count - first, COHSM__BUNCH);
-            cohsm__find_asked(&b, instances, first, q, begin, count, own, tested);
+            cohsm__find_asked(&b, instances + first, first, q, begin, count, own, tested);
             for (j = 0; j < b.count; j++) {
                 a.instance = &instances[first + j];
                 a.number = first + j;
@@ -11353,6 +11620,865 @@ COHSM_DEF cohsm_result cohsm_open_as(const void *data, size_t bytes, cohsm_layou
     wish.bytes = layout_bytes;
     wish.system = system;
     return cohsm__open_wished(data, bytes, &wish, &log, out);
+}
+
+/* ==== src/csm/in_place.h ==== */
+
+/* ---- files in place: no copy, and budgets ---- */
+
+/* Reads and checks the header of a plain or packed file, and compares the file's size; nothing else is read.
+   *longest receives how many segments the longest list of a packed file has, or 0 where the block is there
+   as it is; *at where the block's header begins. */
+static cohsm_result cohsm__file_header(const uint8_t *file, size_t bytes, cohsm__header *h, uint32_t *longest,
+                                       size_t *at)
+{
+    *at = 0;
+    *longest = 0;
+    if (bytes < 16) return COHSM_ERR_FORMAT;
+    if (cohsm__get_u32(file) == COHSM__PACK_MAGIC) {
+#ifdef COHSM_WITHOUT_PACK
+        return COHSM_ERR_MISMATCH;
+#else
+        if (cohsm__get_u32(file + 4) != COHSM__PACK_FORMAT) return COHSM_ERR_VERSION;
+        if (cohsm__get_u32(file + 8) != bytes || bytes < COHSM__PACK_HEADER + sizeof *h)
+            return COHSM_ERR_FORMAT;
+        *longest = cohsm__get_u32(file + 12);
+        *at = COHSM__PACK_HEADER;
+#endif
+    }
+    if (cohsm__get_u32(file + *at) != COHSM__MAGIC) return COHSM_ERR_FORMAT;
+    if (cohsm__get_u32(file + *at + 4) != COHSM__FORMAT) return COHSM_ERR_VERSION;
+    if (bytes - *at < sizeof *h) return COHSM_ERR_FORMAT;
+    memcpy(h, file + *at, sizeof *h);
+    cohsm__host_words((uint32_t *)(void *)h, COHSM__HEADER_WORDS);
+    if (!cohsm__header_sound(h)) return COHSM_ERR_FORMAT;
+    if (*longest == 0 && bytes - *at != 4 * (size_t)h->words) return COHSM_ERR_FORMAT;
+    return COHSM_OK;
+}
+
+/* Returns the bytes of memory that a file with this header asks for at once, trays aside. */
+static uint64_t cohsm__file_cost(const cohsm__header *h, uint32_t longest, int in_place)
+{
+    uint64_t cost = sizeof(cohsm_maps);
+    if (h->domain == COHSM_DOMAIN_LATLONG) cost += 8 * ((uint64_t)h->side[0] + h->side[1]);
+    if (!in_place) cost += 4 * (uint64_t)h->words + 64u;
+#ifndef COHSM_WITHOUT_PACK
+    if (longest) cost += cohsm__pack_work(h, longest) + sizeof(cohsm__odds);
+#else
+    (void)longest;
+#endif
+    return cost;
+}
+
+/* Logs what is wrong with a file, or that memory was short. Returns the result. */
+static cohsm_result cohsm__log_file(const cohsm__logger *log, cohsm_result result)
+{
+    if (result == COHSM_ERR_FORMAT) cohsm__log_text(log, "data", "is no file of csm.h, or a damaged one");
+    if (result == COHSM_ERR_VERSION) cohsm__log_text(log, "data", "is a file of an unknown version");
+    if (result == COHSM_ERR_MISMATCH)
+        cohsm__log_text(log, "data", "is a packed file, and this csm.h was joined without pack");
+    if (result == COHSM_ERR_MEMORY) cohsm__log_text(log, "data", "is not at a multiple of 64 bytes");
+    return cohsm__log_result(log, result);
+}
+
+/* Makes maps of a plain file whose header is sound where it lies. */
+static cohsm_result cohsm__open_in_place(const uint8_t *data, const cohsm__header *h,
+                                         const cohsm__allocator *a, const cohsm__part *part, cohsm_maps **out)
+{
+    cohsm__memory block;
+    block.memory = NULL;                /* what tells cohsm_free that there is nothing to give back */
+    block.words = (uint32_t *)(uintptr_t)data;      /* the words of maps are const: nobody writes to them */
+    if (cohsm__block_crc(block.words, h->words) != h->crc) return COHSM_ERR_FORMAT;
+    return cohsm__open_block(a, *part, block, out);
+}
+
+/* Gives maps the layout of the desc within its budget, of which the maps take `cost`, and hands them out; if
+   this fails, frees them. Trays that do not fit are none, or refused where they were asked for. */
+static cohsm_result cohsm__lay_out_within(cohsm_maps *maps, const cohsm_open_desc *d, uint64_t cost,
+                                          cohsm__part part, cohsm_maps **out)
+{
+    const size_t block = 4 * (size_t)maps->head.words;
+    cohsm__wish wish;
+    cohsm_result result;
+
+    wish.layout = d->layout;
+    wish.bytes = d->layout_bytes;
+    wish.system = &d->system;
+    if (d->budget_bytes && d->layout != COHSM_LAYOUT_COMPACT) {
+        const size_t room = d->budget_bytes - (size_t)cost;
+        const size_t most = room > SIZE_MAX - block ? SIZE_MAX : block + room;
+        if (d->layout != COHSM_LAYOUT_BUDGET || wish.bytes > most) wish.bytes = most;
+        wish.layout = COHSM_LAYOUT_BUDGET;
+    }
+    result = cohsm__lay_out_opened(maps, &wish, part, &maps);
+    if (result != COHSM_OK) return result;
+#ifndef COHSM_WITHOUT_FAST
+    if (d->budget_bytes && d->layout == COHSM_LAYOUT_FAST && !maps->trays.lines) {
+        cohsm_free(maps);
+        return COHSM_ERR_LIMIT;
+    }
+#endif
+    *out = maps;
+    return COHSM_OK;
+}
+
+/* A file that is being opened: what its header said, and where it may lie. */
+typedef struct cohsm__opening {
+    const uint8_t *data;
+    size_t         bytes;
+    cohsm__header  head;
+    uint32_t       longest;
+    int            in_place;            /* the wish; then whether the file is read where it lies */
+    uint64_t       cost;                /* cohsm__file_cost */
+} cohsm__opening;
+
+/* Reads the header of o->data, of o->bytes, and finds how the file will be opened. */
+static cohsm_result cohsm__opening_start(cohsm__opening *o)
+{
+    size_t at;
+    cohsm_result result = cohsm__file_header(o->data, o->bytes, &o->head, &o->longest, &at);
+    if (result != COHSM_OK) return result;
+    o->in_place = o->in_place && at == 0 && cohsm__host_is_little_endian();
+    o->cost = cohsm__file_cost(&o->head, o->longest, o->in_place);
+    return o->in_place && (uintptr_t)o->data % 64u ? COHSM_ERR_MEMORY : COHSM_OK;
+}
+
+static cohsm_result cohsm__opening_end(const cohsm__opening *o, const cohsm__allocator *a,
+                                       const cohsm__part *part, cohsm_maps **out)
+{
+    if (o->in_place) return cohsm__open_in_place(o->data, &o->head, a, part, out);
+    return cohsm__open_file(o->data, o->bytes, a, part, out);
+}
+
+static cohsm_result cohsm__open_within(const cohsm_open_desc *d, const void *data, size_t bytes,
+                                       const cohsm__logger *log, cohsm_maps **out)
+{
+    cohsm__opening o;
+    cohsm__allocator a;
+    cohsm__part part, opening;
+    cohsm_maps *maps = NULL;
+    cohsm_result result;
+
+    if (!cohsm__services_of(&d->system, log, &a, &part)) return COHSM_ERR_DESC;
+    o.data = (const uint8_t *)data;
+    o.bytes = bytes;
+    o.in_place = d->in_place;
+    result = cohsm__opening_start(&o);
+    if (result == COHSM_OK && d->budget_bytes && o.cost > d->budget_bytes) {
+        cohsm__log_bound(log, "desc.budget_bytes", d->budget_bytes, "at least", o.cost,
+                         "what the file takes");
+        return COHSM_ERR_LIMIT;
+    }
+    opening = cohsm__part_of(&part, 0.0f, d->layout == COHSM_LAYOUT_COMPACT ? 1.0f : 0.5f);
+    if (result == COHSM_OK) result = cohsm__opening_end(&o, &a, &opening, &maps);
+    if (result != COHSM_OK) return cohsm__log_file(log, result);
+    result = cohsm__lay_out_within(maps, d, o.cost, cohsm__part_of(&part, 0.5f, 1.0f), out);
+    if (result == COHSM_ERR_LIMIT) cohsm__log_text(log, "desc.layout", "asks for more trays than may be");
+    return cohsm__log_result(log, result);
+}
+
+COHSM_DEF cohsm_result cohsm_open_file(const cohsm_open_desc *desc, const void *data, size_t bytes,
+                                       cohsm_maps **out)
+{
+    cohsm_open_desc none;
+    cohsm__logger log = cohsm__logger_of(desc ? &desc->system : NULL, "cohsm_open_file");
+
+    memset(&none, 0, sizeof none);
+    if (!desc) desc = &none;
+    if (!data) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "data", "is NULL");
+    if (!out) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "out", "is NULL");
+    if ((unsigned)desc->layout >= COHSM_LAYOUT_COUNT)
+        return cohsm__refuse_value(&log, "desc.layout", (double)desc->layout, "a COHSM_LAYOUT_...");
+    return cohsm__open_within(desc, data, bytes, &log, out);
+}
+
+/* Makes of zeroed maps ones without a block, which know no more than a header says: enough for facts, for
+   checks of queries, and for the sphere outside which they shadow nothing. */
+static void cohsm__maps_of_header(cohsm_maps *m, const cohsm__header *h)
+{
+    m->head = *h;
+    m->range = h->pixel_end - h->pixel_begin;
+    m->simd = cohsm__simd();
+    cohsm__dop_in_radii(m);
+}
+
+COHSM_DEF cohsm_result cohsm_file_info(const void *data, size_t bytes, const cohsm_system *system,
+                                       cohsm_info *out)
+{
+    cohsm__logger log = cohsm__logger_of(system, "cohsm_file_info");
+    cohsm__header h;
+    cohsm_maps maps;
+    uint32_t longest;
+    size_t at;
+    cohsm_result result;
+
+    if (!data) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "data", "is NULL");
+    if (!out) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "out", "is NULL");
+    result = cohsm__file_header((const uint8_t *)data, bytes, &h, &longest, &at);
+    if (result != COHSM_OK) return cohsm__log_file(&log, result);
+    memset(&maps, 0, sizeof maps);
+    cohsm__maps_of_header(&maps, &h);
+    maps.memory = &maps;                        /* a copy, as cohsm_open makes it */
+    cohsm_get_info(&maps, out);
+    return COHSM_OK;
+}
+
+/* ==== src/csm/stream.h ==== */
+
+/* ---- stream: objects that come and go ---- */
+
+typedef struct cohsm__object {
+    cohsm__header head;                 /* of its file, as it was opened last */
+    int           known;                /* head is filled in */
+    cohsm_maps   *maps;                 /* NULL: the object is not in memory */
+    const void   *data;                 /* what load_fn gave, if the maps read it in place */
+    size_t        data_bytes, bytes;    /* of data; what the object takes of the budget */
+    uint32_t      holds;
+    uint32_t      older, newer;         /* neighbours in the ring of those in memory that nobody holds */
+} cohsm__object;
+
+struct cohsm_stream {
+    cohsm_stream_desc desc;
+    cohsm__allocator  allocator;
+    cohsm__object    *objects;          /* one more than there are: there the ring begins and ends. Its
+                                           `newer` is the object that was used least recently */
+    cohsm_stream_stats info;
+    cohsm_maps        shell;            /* maps without a block, of the object that is looked at */
+};
+
+static void cohsm__ring_leave(cohsm__object *objects, uint32_t i)
+{
+    objects[objects[i].older].newer = objects[i].newer;
+    objects[objects[i].newer].older = objects[i].older;
+}
+
+static void cohsm__ring_enter(cohsm_stream *s, uint32_t i)
+{
+    const uint32_t end = s->desc.object_count, last = s->objects[end].older;
+    s->objects[i].older = last;
+    s->objects[i].newer = end;
+    s->objects[last].newer = i;
+    s->objects[end].older = i;
+}
+
+static void cohsm__unload(const cohsm_stream *s, uint32_t i, const void *data, size_t bytes)
+{
+    if (s->desc.unload_fn) s->desc.unload_fn(s->desc.user, i, data, bytes);
+}
+
+/* Takes an object that nobody holds, or all do at the end, out of memory. */
+static void cohsm__object_leave(cohsm_stream *s, uint32_t i)
+{
+    cohsm__object *o = &s->objects[i];
+    cohsm_free(o->maps);
+    o->maps = NULL;
+    if (o->data) cohsm__unload(s, i, o->data, o->data_bytes);
+    o->data = NULL;
+    s->info.bytes -= o->bytes;
+    s->info.objects--;
+}
+
+/* Makes room in the budget. Returns 0 if what is held leaves too little, when nothing has left. */
+static int cohsm__make_room(cohsm_stream *s, uint64_t bytes)
+{
+    const uint32_t end = s->desc.object_count;
+    const size_t budget = s->desc.budget_bytes;
+    size_t held = s->info.bytes;
+    uint32_t i;
+
+    for (i = s->objects[end].newer; i != end; i = s->objects[i].newer) held -= s->objects[i].bytes;
+    if (bytes > budget || held > budget - (size_t)bytes) return 0;
+    while (s->info.bytes > budget - (size_t)bytes) {
+        i = s->objects[end].newer;
+        cohsm__ring_leave(s->objects, i);
+        cohsm__object_leave(s, i);
+        s->info.evictions++;
+    }
+    return 1;
+}
+
+/* Logs that the budget has no room for an object. */
+static cohsm_result cohsm__log_no_room(const cohsm_stream *s, const cohsm__logger *log, uint32_t i,
+                                       uint64_t bytes)
+{
+    cohsm__log_element(log, "objects", i, s->info.held ? "beside those that are held takes" : "takes",
+                       (double)bytes, "within desc.budget_bytes");
+    return COHSM_ERR_LIMIT;
+}
+
+/* Logs why the file of an object was refused. Returns the result. */
+static cohsm_result cohsm__log_object(const cohsm__logger *log, uint32_t i, cohsm_result result)
+{
+    const char *text = "is no file of csm.h, or a damaged one";
+    if (result == COHSM_ERR_ALLOC) return cohsm__log_result(log, result);
+    if (result == COHSM_ERR_VERSION) text = "is a file of an unknown version";
+    if (result == COHSM_ERR_MISMATCH) text = "is a packed file, and this csm.h was joined without pack";
+    if (result == COHSM_ERR_MEMORY) text = "lies at no multiple of 64 bytes";
+    cohsm__log_element_text(log, "objects", i, text);
+    return result;
+}
+
+/* Opens a file that load_fn gave, after making room for it. */
+static cohsm_result cohsm__object_open(cohsm_stream *s, uint32_t i, cohsm__opening *file,
+                                       const cohsm__logger *log)
+{
+    cohsm__object *o = &s->objects[i];
+    cohsm__part part;
+    cohsm_info info;
+    uint64_t bytes;
+    cohsm_result result = file->data ? cohsm__opening_start(file) : COHSM_ERR_FORMAT;
+
+    if (result != COHSM_OK) return cohsm__log_object(log, i, result);
+    if (o->known && memcmp(&o->head, &file->head, sizeof o->head) != 0) {
+        cohsm__log_element_text(log, "objects", i, "has another file than before");
+        return COHSM_ERR_INPUT;
+    }
+    bytes = file->cost + (file->in_place ? file->bytes : 0u);
+    if (!cohsm__make_room(s, bytes)) return cohsm__log_no_room(s, log, i, bytes);
+    if (s->info.peak_bytes < s->info.bytes + (size_t)bytes)
+        s->info.peak_bytes = s->info.bytes + (size_t)bytes;
+    memset(&part, 0, sizeof part);
+    result = cohsm__opening_end(file, &s->allocator, &part, &o->maps);
+    if (result != COHSM_OK) return cohsm__log_object(log, i, result);
+    o->maps->log = s->desc.system.log;
+    o->maps->log_user = s->desc.system.user;
+    o->head = o->maps->head;
+    o->known = 1;
+    cohsm_get_info(o->maps, &info);
+    o->bytes = info.memory_bytes + (file->in_place ? file->bytes : 0u);
+    s->info.bytes += o->bytes;
+    s->info.objects++;
+    return COHSM_OK;
+}
+
+static cohsm_result cohsm__object_load(cohsm_stream *s, uint32_t i, const cohsm__logger *log)
+{
+    cohsm__object *o = &s->objects[i];
+    const void *data = NULL;
+    cohsm__opening file;
+    cohsm_result result;
+
+    file.bytes = 0;
+    if (s->desc.load_fn(s->desc.user, i, &data, &file.bytes) != 0) {
+        cohsm__log_element_text(log, "objects", i, "has no file: desc.load_fn said so");
+        return COHSM_ERR_CANCELLED;
+    }
+    file.data = (const uint8_t *)data;
+    file.in_place = s->desc.in_place;
+    result = cohsm__object_open(s, i, &file, log);
+    if (result == COHSM_OK && file.in_place) {
+        o->data = data;
+        o->data_bytes = file.bytes;
+    } else cohsm__unload(s, i, data, file.bytes);
+    return result;
+}
+
+static cohsm_result cohsm__object_hold(cohsm_stream *s, uint32_t i, const cohsm__logger *log)
+{
+    cohsm__object *o = &s->objects[i];
+    cohsm_result result;
+
+    if (o->maps) {
+        s->info.hits++;
+        if (!o->holds) cohsm__ring_leave(s->objects, i);
+    } else {
+        result = cohsm__object_load(s, i, log);
+        if (result != COHSM_OK) return result;
+        s->info.loads++;
+    }
+    if (!o->holds++) s->info.held++;
+    return COHSM_OK;
+}
+
+COHSM_DEF cohsm_result cohsm_stream_use(cohsm_stream *s, uint32_t object, const cohsm_maps **out)
+{
+    cohsm__logger log = cohsm__logger_of(s ? &s->desc.system : NULL, "cohsm_stream_use");
+    cohsm_result result;
+
+    if (!s) return COHSM_ERR_ARGUMENT;
+    if (!out) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "out", "is NULL");
+    if (object >= s->desc.object_count) {
+        cohsm__log_bound(&log, "object", object, "below", s->desc.object_count, "the number of objects");
+        return COHSM_ERR_ARGUMENT;
+    }
+    result = cohsm__object_hold(s, object, &log);
+    if (result == COHSM_OK) *out = s->objects[object].maps;
+    return result;
+}
+
+COHSM_DEF void cohsm_stream_end(cohsm_stream *s, uint32_t object)
+{
+    if (!s || object >= s->desc.object_count || !s->objects[object].holds) return;
+    if (--s->objects[object].holds) return;
+    s->info.held--;
+    cohsm__ring_enter(s, object);
+}
+
+COHSM_DEF void cohsm_stream_get_stats(const cohsm_stream *s, cohsm_stream_stats *out)
+{
+    if (s && out) *out = s->info;
+}
+
+COHSM_DEF cohsm_result cohsm_stream_create(const cohsm_stream_desc *desc, cohsm_stream **out)
+{
+    cohsm__logger log = cohsm__logger_of(desc ? &desc->system : NULL, "cohsm_stream_create");
+    cohsm__allocator a;
+    cohsm__part part;
+    cohsm_stream *s;
+    uint32_t i;
+
+    if (!desc) return COHSM_ERR_ARGUMENT;
+    if (!out) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "out", "is NULL");
+    if (!cohsm__services_of(&desc->system, &log, &a, &part)) return COHSM_ERR_DESC;
+    if (!desc->object_count || desc->object_count > 1u << 24)
+        return cohsm__refuse_value(&log, "desc.object_count", (double)desc->object_count, "1..2^24");
+    if (!desc->budget_bytes) return cohsm__refuse_value(&log, "desc.budget_bytes", 0.0, "above 0");
+    if (!desc->load_fn) return cohsm__refuse(&log, COHSM_ERR_DESC, "desc.load_fn", "is NULL");
+    s = (cohsm_stream *)cohsm__alloc(&a, sizeof *s);
+    if (!s) return cohsm__log_result(&log, COHSM_ERR_ALLOC);
+    memset(s, 0, sizeof *s);
+    s->desc = *desc;
+    s->allocator = a;
+    s->shell.log = desc->system.log;
+    s->shell.log_user = desc->system.user;
+    s->objects = (cohsm__object *)cohsm__alloc_array(&a, (size_t)desc->object_count + 1u, sizeof *s->objects);
+    if (!s->objects) {
+        cohsm__free(&a, s);
+        return cohsm__log_result(&log, COHSM_ERR_ALLOC);
+    }
+    memset(s->objects, 0, ((size_t)desc->object_count + 1u) * sizeof *s->objects);
+    i = desc->object_count;
+    s->objects[i].older = s->objects[i].newer = i;
+    *out = s;
+    return COHSM_OK;
+}
+
+COHSM_DEF void cohsm_stream_free(cohsm_stream *s)
+{
+    cohsm__allocator a;
+    uint32_t i;
+
+    if (!s) return;
+    a = s->allocator;
+    for (i = 0; i < s->desc.object_count; i++)
+        if (s->objects[i].maps) cohsm__object_leave(s, i);
+    cohsm__free(&a, s->objects);
+    cohsm__free(&a, s);
+}
+
+/* ==== src/csm/stream_scene.h ==== */
+
+/* ---- stream: scenes ---- */
+
+/* What cohsm_stream_visible_scene asks, object by object; its answers lie apart until all are there. */
+typedef struct cohsm__scene_walk {
+    cohsm_stream *stream;
+    const cohsm_stream_instance *instances;
+    uint32_t    count;
+    cohsm_query query;
+    float      *visible;
+    cohsm__tile tile;
+    const cohsm__logger *log;
+} cohsm__scene_walk;
+
+/* Returns instance number i with maps that know what the header of its object says, and no more. */
+static cohsm_instance cohsm__instance_of_header(const cohsm__scene_walk *w, uint32_t i)
+{
+    cohsm_stream *s = w->stream;
+    cohsm_instance instance;
+    cohsm__maps_of_header(&s->shell, &s->objects[w->instances[i].object].head);
+    instance.maps = &s->shell;
+    memcpy(instance.transform, w->instances[i].transform, sizeof instance.transform);
+    return instance;
+}
+
+/* Checks instances and query. Objects that were never loaded are loaded for it. */
+static cohsm_result cohsm__check_walk(const cohsm__scene_walk *w)
+{
+    const cohsm_stream *s = w->stream;
+    uint32_t i, object;
+
+    for (i = 0; i < w->count; i++) {
+        cohsm_instance instance;
+        cohsm_result result = COHSM_OK;
+        object = w->instances[i].object;
+        if (object >= s->desc.object_count) {
+            cohsm__log_element(w->log, "instances", i, "has the object", (double)object,
+                               "below desc.object_count");
+            return COHSM_ERR_INPUT;
+        }
+        if (!s->objects[object].known) {
+            result = cohsm__object_hold(w->stream, object, w->log);
+            if (result != COHSM_OK) return result;
+            cohsm_stream_end(w->stream, object);
+        }
+        instance = cohsm__instance_of_header(w, i);
+        result = cohsm__check_instance(&instance, i, &w->query, w->log);
+        if (result != COHSM_OK) return result;
+    }
+    return COHSM_OK;
+}
+
+/* Finds the samples of a block that ask an instance. Returns 0 if none of them sees any light still. */
+static int cohsm__find_asking(const cohsm__scene_walk *w, cohsm__bunch *b, const cohsm_instance *instance,
+                              uint32_t i, size_t begin, size_t count, int own)
+{
+    const cohsm_light_kind kind = w->query.light_kind;
+    const int tested = kind == COHSM_LIGHT_DIRECTION || kind == COHSM_LIGHT_POSITION;
+    size_t word;
+    uint32_t bits;
+
+    b->count = 1;
+    cohsm__find_asked(b, instance, i, &w->query, begin, count, own, tested);
+    for (word = 0; word < (count + 31) / 32; word++)
+        for (bits = b->asked[0][word]; bits; bits &= bits - 1u)
+            if (w->visible[begin + 32 * word + cohsm__first_bit_plain(bits)] > 0.0f) return 1;
+    return 0;
+}
+
+/* Asks one instance for all samples from `begin` on that may have to. */
+static void cohsm__ask_object(cohsm__scene_walk *w, const cohsm_instance *instance, uint32_t i, size_t begin,
+                              int own)
+{
+    cohsm__bunch b;
+    cohsm__asking a;
+
+    a.instance = instance;
+    a.number = i;
+    a.asked = b.asked[0];
+    for (; begin < w->query.count; begin += a.count) {
+        a.begin = begin;
+        a.count = w->query.count - begin < COHSM__BLOCK ? w->query.count - begin : (size_t)COHSM__BLOCK;
+        if (cohsm__find_asking(w, &b, instance, i, begin, a.count, own))
+            cohsm__ask_instance(&w->tile, &w->query, &a, w->visible);
+    }
+}
+
+/* Holds the object of an instance and asks it, if any sample has to. */
+static cohsm_result cohsm__visit(cohsm__scene_walk *w, uint32_t i, int own)
+{
+    cohsm_instance instance = cohsm__instance_of_header(w, i);
+    const uint32_t object = w->instances[i].object;
+    cohsm__bunch b;
+    size_t begin, n;
+    cohsm_result result;
+
+    for (begin = 0; begin < w->query.count; begin += n) {
+        n = w->query.count - begin < COHSM__BLOCK ? w->query.count - begin : (size_t)COHSM__BLOCK;
+        if (cohsm__find_asking(w, &b, &instance, i, begin, n, own)) break;
+    }
+    if (begin >= w->query.count) return COHSM_OK;
+    result = cohsm__object_hold(w->stream, object, w->log);
+    if (result != COHSM_OK) return result;
+    instance.maps = w->stream->objects[object].maps;
+    cohsm__ask_object(w, &instance, i, begin, own);
+    cohsm_stream_end(w->stream, object);
+    return COHSM_OK;
+}
+
+/* Asks all instances: first the one that each sample lies on, then the others in their order. */
+static cohsm_result cohsm__walk_scene(cohsm__scene_walk *w)
+{
+    uint32_t i;
+    size_t k;
+    int own;
+    cohsm_result result;
+
+    for (k = 0; k < w->query.count; k++) w->visible[k] = 1.0f;
+    for (own = w->query.entities != NULL; own >= 0; own--)
+        for (i = 0; i < w->count; i++) {
+            result = cohsm__visit(w, i, own);
+            if (result != COHSM_OK) return result;
+        }
+    return COHSM_OK;
+}
+
+COHSM_DEF cohsm_result cohsm_stream_visible_scene(cohsm_stream *s, const cohsm_stream_instance *instances,
+                                                  size_t instance_count, const cohsm_query *query,
+                                                  float *visible, size_t *refused)
+{
+    cohsm__logger log = cohsm__logger_of(s ? &s->desc.system : NULL, "cohsm_stream_visible_scene");
+    cohsm__scene_walk w;
+    cohsm_result result;
+
+    if (!s) return COHSM_ERR_ARGUMENT;
+    if (!query) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "query", "is NULL");
+    if (query->count && !visible) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "visible", "is NULL");
+    if (instance_count && !instances) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "instances", "is NULL");
+    if (instance_count >= UINT32_MAX) {
+        cohsm__log_value(&log, "instance_count", (double)instance_count, "below 2^32 - 1");
+        return COHSM_ERR_LIMIT;
+    }
+    w.stream = s;
+    w.instances = instances;
+    w.count = (uint32_t)instance_count;
+    w.query = cohsm__complete_query(query);
+    w.log = &log;
+    if (w.count <= 1) w.query.entities = NULL;              /* entities decide the order alone */
+    result = cohsm__check_walk(&w);
+    if (result != COHSM_OK) return result;
+    if (query->count) {
+        w.visible = (float *)cohsm__alloc_array(&s->allocator, query->count, sizeof(float));
+        if (!w.visible) return cohsm__log_result(&log, COHSM_ERR_ALLOC);
+        result = cohsm__walk_scene(&w);
+        if (result == COHSM_OK) memcpy(visible, w.visible, query->count * sizeof(float));
+        cohsm__free(&s->allocator, w.visible);
+        if (result != COHSM_OK) return result;
+    }
+    if (refused) *refused = cohsm__count_refused(visible, query->count);
+    return COHSM_OK;
+}
+
+/* ==== src/csm/places.h ==== */
+
+/* ---- places: few maps that stand for many ---- */
+
+enum { COHSM__MOST_CANDIDATES = 16384, COHSM__MOST_EXCHANGES = 8 };
+
+typedef struct cohsm__placing {
+    uint32_t  count, place_count;       /* candidates, places */
+    size_t    words;                    /* of bits for each candidate */
+    uint32_t *bits;                     /* whether each receiver is lit from there */
+    uint32_t *apart;                    /* count x count: receivers whose answers differ */
+    uint32_t *best, *second;            /* of each candidate: the least of its `apart` to a place, the next */
+    uint32_t *of;                       /* which candidate is the place that has the least */
+    uint8_t  *chosen;
+} cohsm__placing;
+
+static void cohsm__placing_free(const cohsm__placing *c, const cohsm__allocator *a)
+{
+    cohsm__free(a, c->bits);
+    cohsm__free(a, c->apart);
+    cohsm__free(a, c->best);
+    cohsm__free(a, c->second);
+    cohsm__free(a, c->of);
+    cohsm__free(a, c->chosen);
+}
+
+static int cohsm__placing_make(cohsm__placing *c, const cohsm__allocator *a, uint32_t count, size_t receivers)
+{
+    size_t pairs, all;
+    memset(c, 0, sizeof *c);
+    c->count = count;
+    c->words = (receivers + 31u) / 32u;
+    if (!cohsm__mul_size(count, count, &pairs) || !cohsm__mul_size(count, c->words, &all)) return 0;
+    c->bits = (uint32_t *)cohsm__alloc_array(a, all, 4);
+    c->apart = (uint32_t *)cohsm__alloc_array(a, pairs, 4);
+    c->best = (uint32_t *)cohsm__alloc_array(a, count, 4);
+    c->second = (uint32_t *)cohsm__alloc_array(a, count, 4);
+    c->of = (uint32_t *)cohsm__alloc_array(a, count, 4);
+    c->chosen = (uint8_t *)cohsm__alloc_array(a, count, 1);
+    if (!c->bits || !c->apart || !c->best || !c->second || !c->of || !c->chosen) return 0;
+    memset(c->bits, 0, 4 * all);
+    memset(c->chosen, 0, count);
+    return 1;
+}
+
+/* Asks each candidate's map for all receivers. */
+static cohsm_result cohsm__placing_ask(const cohsm__placing *c, const cohsm_places_desc *d, float *visible,
+                                      const cohsm__part *part)
+{
+    cohsm_query q;
+    uint32_t i;
+    size_t k;
+    cohsm_result result = COHSM_OK;
+
+    memset(&q, 0, sizeof q);
+    q.count = d->receiver_count;
+    q.positions = d->receivers;
+    q.position_stride = d->receiver_stride;
+    q.one_light = 1;
+    q.light_kind = COHSM_LIGHT_INDEX;
+    q.bias = d->bias;
+    for (i = 0; i < c->count && result == COHSM_OK; i++) {
+        if (cohsm__cancelled(part, i, c->count, 1)) return COHSM_ERR_CANCELLED;
+        q.lights = &i;
+        result = cohsm_visible(d->candidates, &q, visible, NULL);
+        for (k = 0; k < q.count && result == COHSM_OK; k++)
+            if (visible[k] > 0.5f) c->bits[c->words * i + k / 32] |= 1u << k % 32;
+    }
+    return result;
+}
+
+/* Counts for each pair of candidates the receivers whose answers differ. */
+static cohsm_result cohsm__placing_compare(const cohsm__placing *c, const cohsm__part *part)
+{
+    uint32_t i, j, n;
+    size_t w;
+
+    for (i = 0; i < c->count; i++) {
+        const uint32_t *a = c->bits + c->words * i;
+        if (cohsm__cancelled(part, i, c->count, 1)) return COHSM_ERR_CANCELLED;
+        for (j = 0; j <= i; j++) {
+            const uint32_t *b = c->bits + c->words * j;
+            for (w = 0, n = 0; w < c->words; w++) n += cohsm__popcount(a[w] ^ b[w]);
+            c->apart[(size_t)i * c->count + j] = c->apart[(size_t)j * c->count + i] = n;
+        }
+    }
+    return COHSM_OK;
+}
+
+/* Finds for each candidate the place that stands for it, and the second best. Returns the sum of errors. */
+static uint64_t cohsm__placing_assign(const cohsm__placing *c)
+{
+    uint64_t sum = 0;
+    uint32_t i, j;
+
+    for (i = 0; i < c->count; i++) {
+        c->best[i] = c->second[i] = UINT32_MAX;
+        for (j = 0; j < c->count; j++) {
+            const uint32_t n = c->apart[(size_t)i * c->count + j];
+            if (!c->chosen[j]) continue;
+            if (n < c->best[i]) {
+                c->second[i] = c->best[i];
+                c->best[i] = n;
+                c->of[i] = j;
+            } else if (n < c->second[i]) c->second[i] = n;
+        }
+        sum += c->best[i];
+    }
+    return sum;
+}
+
+/* Returns the candidate that would lower the sum of errors most as one more place, and writes by how much.
+   Errors are those of best[], or, of candidates whose place is `without`, of second[]. */
+static uint32_t cohsm__placing_next(const cohsm__placing *c, uint32_t without, int64_t *gain)
+{
+    uint32_t i, j, found = 0;
+
+    *gain = -1;
+    for (j = 0; j < c->count; j++) {
+        const uint32_t *row = c->apart + (size_t)j * c->count;
+        int64_t sum = 0;
+        if (c->chosen[j]) continue;
+        for (i = 0; i < c->count; i++) {
+            const uint32_t now = c->of[i] == without ? c->second[i] : c->best[i];
+            if (row[i] < now) sum += (int64_t)now - row[i];
+        }
+        if (sum <= *gain) continue;
+        *gain = sum;
+        found = j;
+    }
+    return found;
+}
+
+/* Chooses one place after the other. */
+static cohsm_result cohsm__placing_grow(cohsm__placing *c, uint32_t wanted, const cohsm__part *part)
+{
+    uint32_t i, next;
+    int64_t gain;
+
+    for (i = 0; i < c->count; i++) {
+        c->best[i] = (uint32_t)(32 * c->words) + 1u;    /* worse than any place */
+        c->of[i] = UINT32_MAX;
+    }
+    for (c->place_count = 0; c->place_count < wanted; c->place_count++) {
+        if (cohsm__cancelled(part, c->place_count, wanted, 1)) return COHSM_ERR_CANCELLED;
+        next = cohsm__placing_next(c, UINT32_MAX - 1u, &gain);
+        c->chosen[next] = 1;
+        for (i = 0; i < c->count; i++) {
+            const uint32_t n = c->apart[(size_t)next * c->count + i];
+            if (n >= c->best[i]) continue;
+            c->best[i] = n;
+            c->of[i] = next;
+        }
+    }
+    return COHSM_OK;
+}
+
+/* Exchanges each place for the candidate that lowers the errors most, once through all places. Returns 0 if
+   there was no exchange that lowered them. */
+static int cohsm__placing_exchange(const cohsm__placing *c)
+{
+    uint64_t lost;
+    uint32_t j, i, next;
+    int changed = 0;
+    int64_t gain;
+
+    (void)cohsm__placing_assign(c);
+    for (j = 0; j < c->count && c->place_count > 1; j++) {
+        if (!c->chosen[j]) continue;
+        for (i = 0, lost = 0; i < c->count; i++) lost += c->of[i] == j ? c->second[i] - c->best[i] : 0u;
+        next = cohsm__placing_next(c, j, &gain);
+        if (gain <= (int64_t)lost) continue;
+        c->chosen[j] = 0;
+        c->chosen[next] = 1;
+        (void)cohsm__placing_assign(c);
+        changed = 1;
+    }
+    return changed;
+}
+
+static cohsm_result cohsm__place_all(cohsm__placing *c, const cohsm_places_desc *d, float *visible,
+                                  const cohsm__part *part)
+{
+    cohsm__part step = cohsm__part_of(part, 0.0f, 0.4f);
+    cohsm_result result = cohsm__placing_ask(c, d, visible, &step);
+    int i;
+
+    step = cohsm__part_of(part, 0.4f, 0.7f);
+    if (result == COHSM_OK) result = cohsm__placing_compare(c, &step);
+    step = cohsm__part_of(part, 0.7f, 1.0f);
+    if (result == COHSM_OK) result = cohsm__placing_grow(c, d->place_count, &step);
+    for (i = 0; i < COHSM__MOST_EXCHANGES && result == COHSM_OK; i++)
+        if (!cohsm__placing_exchange(c)) break;
+    return result;
+}
+
+/* Checks what is asked for. */
+static cohsm_result cohsm__check_places(const cohsm_places_desc *d, const cohsm__logger *log)
+{
+    uint32_t count;
+    if (!d->candidates) return cohsm__refuse(log, COHSM_ERR_DESC, "desc.candidates", "is NULL");
+    if (!d->receivers) return cohsm__refuse(log, COHSM_ERR_DESC, "desc.receivers", "is NULL");
+    count = d->candidates->head.map_count;
+    if (count > COHSM__MOST_CANDIDATES)
+        return cohsm__refuse_value(log, "the number of candidates", (double)count, "at most 16,384");
+    if (!d->receiver_count || d->receiver_count > 1u << 28)
+        return cohsm__refuse_value(log, "desc.receiver_count", (double)d->receiver_count, "1..2^28");
+    if (!cohsm__stride_valid(d->receiver_stride, 12))
+        return cohsm__refuse_value(log, "desc.receiver_stride", (double)d->receiver_stride,
+                                   "0, or a multiple of 4 from 12 on");
+    if (!cohsm__finite(d->bias)) return cohsm__refuse_value(log, "desc.bias", (double)d->bias, "finite");
+    if (!d->place_count || d->place_count > count)
+        return cohsm__refuse_value(log, "desc.place_count", (double)d->place_count,
+                                   "1 or more, and at most the number of candidates");
+    return COHSM_OK;
+}
+
+COHSM_DEF cohsm_result cohsm_places_choose(const cohsm_places_desc *desc, uint32_t *places, uint32_t *instead,
+                                           double *error)
+{
+    cohsm__logger log = cohsm__logger_of(desc ? &desc->system : NULL, "cohsm_places_choose");
+    cohsm__allocator a;
+    cohsm__part part;
+    cohsm__placing c;
+    float *visible;
+    uint32_t i, n;
+    cohsm_result result;
+
+    if (!desc) return COHSM_ERR_ARGUMENT;
+    if (!places) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "places", "is NULL");
+    if (!instead) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "instead", "is NULL");
+    if (!cohsm__services_of(&desc->system, &log, &a, &part)) return COHSM_ERR_DESC;
+    result = cohsm__check_places(desc, &log);
+    if (result != COHSM_OK) return result;
+    visible = (float *)cohsm__alloc_array(&a, desc->receiver_count, sizeof *visible);
+    if (!cohsm__placing_make(&c, &a, desc->candidates->head.map_count, desc->receiver_count) || !visible)
+        result = COHSM_ERR_ALLOC;
+    if (result == COHSM_OK) result = cohsm__place_all(&c, desc, visible, &part);
+    if (result == COHSM_OK) {
+        const double sum = (double)cohsm__placing_assign(&c);
+        if (error) *error = sum / ((double)c.count * (double)desc->receiver_count);
+        for (i = 0, n = 0; i < c.count; i++) {          /* best: the number of a candidate among the places */
+            c.best[i] = n;
+            if (c.chosen[i]) places[n++] = i;
+        }
+        for (i = 0; i < c.count; i++) instead[i] = c.best[c.of[i]];
+    }
+    cohsm__placing_free(&c, &a);
+    cohsm__free(&a, visible);
+    return cohsm__log_result(&log, result);
 }
 
 /* ==== src/shared/fp_end.h ==== */

@@ -40,6 +40,25 @@ COHSM_DEF cohsm_result cohsm_builder_add(cohsm_builder *builder, uint32_t index,
                 out of order; the view may be given again), COHSM_ERR_ALLOC (the builder can then only be
                 freed) */
 
+typedef struct cohsm_segment {      /* a run of views for which one depth serves a pixel (equation 1) */
+    uint32_t first;                 /* the view that it begins with; it ends before the pixel's next one */
+    uint32_t pixel;                 /* of the map, y * M + x */
+    uint32_t value;                 /* lo | hi << 8: the grid values that separate the layers of all views;
+                                       or an exact depth | 1 << 16. Grid value i stands for the 16-bit depth
+                                       floor(i 65535 / (2^depth_bits - 1)), the greatest for infinity */
+} cohsm_segment;
+
+COHSM_DEF cohsm_result cohsm_builder_import(cohsm_builder *builder, const cohsm_segment *segments,
+                                              size_t count);
+/* Takes the segments of all views at once, in place of their layers: from whoever has found them, such as the
+   GPU. Nothing is compressed here; time goes by segments, not by views times pixels.
+   segments   count of them. Those of a pixel come in the order of their views, and those of views below a
+              multiple of 65,536 before those from there on. Each pixel has one that begins with view 0, and
+              with each multiple of 65,536. Pixels outside the range of a shard are left out
+   Errors     COHSM_ERR_ARGUMENT (NULL), COHSM_ERR_ORDER (views were added, or this was called before),
+              COHSM_ERR_INPUT (a segment out of order or of range, or missing), COHSM_ERR_ALLOC. After the
+              last two the builder can only be freed */
+
 COHSM_DEF cohsm_result cohsm_builder_finish(cohsm_builder *builder, cohsm_maps **out, cohsm_stats *stats);
 /* Makes the maps after the last view. The builder can then only be freed.
    out      receives the maps, on COHSM_OK only; cohsm_free takes them back

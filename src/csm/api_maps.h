@@ -20,6 +20,7 @@ typedef struct cohsm_info {
     size_t   bytes;                 /* of the block */
     cohsm_layout layout;            /* COHSM_LAYOUT_COMPACT or COHSM_LAYOUT_FAST */
     size_t   fast_bytes;            /* of the trays beside the block; 0 where the layout is compact */
+    size_t   memory_bytes;          /* that the maps take of the allocator */
     double   ratio;                 /* the paper's compression ratio: view_count * pixels * 2 bytes of plain
                                        16-bit maps / bytes; pixels are M * M, or those of a shard */
 } cohsm_info;

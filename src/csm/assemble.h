@@ -29,6 +29,14 @@ static uint32_t cohsm__block_crc(const uint32_t *words, size_t count)
     return crc;
 }
 
+static void cohsm__dop_in_radii(cohsm_maps *m)
+{
+    int i;
+    for (i = 0; i < 2 * COHSM__DOP_AXES; i++)
+        m->dop[i] = (m->head.dop[i] - cohsm__v3_dot(cohsm__dop_axis(i / 2), cohsm__v3_load(m->head.center))) /
+                    m->head.radius;
+}
+
 /* Finds the sections of a block whose header is sound, and makes the tables that queries read. */
 static void cohsm__find_sections(cohsm_maps *m)
 {
@@ -47,10 +55,7 @@ static void cohsm__find_sections(cohsm_maps *m)
     m->range = m->head.pixel_end - m->head.pixel_begin;
     for (i = 0; i < 512; i++)
         m->depth_of[i] = (uint16_t)(i < grid ? i * 65535u / grid : (uint32_t)COHSM__INFINITE);
-    for (i = 0; i < 2 * COHSM__DOP_AXES; i++)
-        m->dop[i] =
-            (m->head.dop[i] - cohsm__v3_dot(cohsm__dop_axis((int)(i / 2)), cohsm__v3_load(m->head.center))) /
-            m->head.radius;
+    cohsm__dop_in_radii(m);
     m->simd = cohsm__simd();
     if (m->angles) cohsm__latlong_angles(m->head.side, m->angles);
 }

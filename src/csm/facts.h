@@ -37,6 +37,7 @@ COHSM_DEF void cohsm_get_info(const cohsm_maps *m, cohsm_info *out)
     out->bytes = 4 * (size_t)h->words;
     out->layout = m->trays.lines ? COHSM_LAYOUT_FAST : COHSM_LAYOUT_COMPACT;
     out->fast_bytes = m->trays.bytes;
+    out->memory_bytes = cohsm__maps_bytes(h) - (m->memory ? 0 : out->bytes + 64) + m->trays.bytes;
     out->ratio = 2.0 * (double)h->view_count * (double)m->range / (double)out->bytes;
 }
 

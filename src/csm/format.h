@@ -67,8 +67,8 @@ typedef struct cohsm__trays {           /* the fast layout: see trays.h */
 struct cohsm_maps {
     cohsm__allocator  allocator;
     void             *memory;           /* what the allocator gave */
-    uint32_t         *words;            /* the block, 64-byte aligned in it so that its lines are cache
-                                           lines */
+    const uint32_t   *words;            /* the block, 64-byte aligned in it so that its lines are cache
+                                           lines; in the caller's file if memory is NULL */
     cohsm__header     head;
     const uint32_t   *order, *lookup, *directories, *lines;
     const float      *locations;

@@ -105,9 +105,9 @@ static void cohsm__ask_instance(cohsm__tile *t, const cohsm_query *q, const cohs
     if (n) cohsm__flush_tile(t, inverse, visible);
 }
 
-/* Finds the samples that a bunch of instances must be asked for: if own is 1, those that lie on one of them;
-   if own is 0, all others whose rays may meet it. A sample of entity 0 lies on none. */
-static void cohsm__find_asked(cohsm__bunch *b, const cohsm_instance *instances, uint32_t first,
+/* Finds the samples that a bunch of instances, from number `first` on, must be asked for: if own is 1, those
+   that lie on one of them; if 0, all others whose rays may meet it. A sample of entity 0 lies on none. */
+static void cohsm__find_asked(cohsm__bunch *b, const cohsm_instance *bunch, uint32_t first,
                               const cohsm_query *q, size_t begin, size_t count, int own, int tested)
 {
     uint32_t j;
@@ -115,8 +115,8 @@ static void cohsm__find_asked(cohsm__bunch *b, const cohsm_instance *instances, 
 
     memset(b->asked, own || tested ? 0 : 0xff, sizeof b->asked);
     if (!own && tested) {
-        for (j = 0; j < b->count; j++) b->sphere[j] = cohsm__sphere_of(&instances[first + j], q);
-        cohsm__choose_kernels(instances[first].maps->simd).meet_spheres(q, begin, count, b);
+        for (j = 0; j < b->count; j++) b->sphere[j] = cohsm__sphere_of(&bunch[j], q);
+        cohsm__choose_kernels(bunch->maps->simd).meet_spheres(q, begin, count, b);
     }
     for (j = 0; j < b->count && count % 32; j++) b->asked[j][count / 32] &= (1u << count % 32) - 1u;
     for (i = 0; q->entities && i < count; i++) {
@@ -175,7 +175,7 @@ static void cohsm__ask_block(cohsm__tile *t, const cohsm_instance *instances, ui
     for (own = q->entities != NULL; own >= 0; own--)
         for (first = 0; first < instance_count; first += b.count) {
             b.count = cohsm__min_u32(instance_count - first, COHSM__BUNCH);
-            cohsm__find_asked(&b, instances, first, q, begin, count, own, tested);
+            cohsm__find_asked(&b, instances + first, first, q, begin, count, own, tested);
             for (j = 0; j < b.count; j++) {
                 a.instance = &instances[first + j];
                 a.number = first + j;

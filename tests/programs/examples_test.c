@@ -16,6 +16,7 @@ static const example examples[] = {
     { "01b_lightsampling_minimal", 320, 200, { 81.72, 86.21, 96.21 } },
     { "01c_lightsampling_path_tracer", 240, 150, { 88.00, 91.53, 100.18 } },
     { "01d_csm_own_views", 320, 200, { 181.35, 181.35, 181.35 } },
+    { "01f_csm_final_gathering", 160, 128, { 61.42, 56.53, 43.55 } },
     { "02_shadowfield_minimal", 256, 256, { 148.16, 146.64, 143.47 } },
     { "02c_shadowfield_robot", 800, 320, { 153.89, 155.54, 159.90 } },
     { "03_envshadow_minimal", 320, 200, { 188.60, 189.54, 194.12 } },
@@ -71,6 +72,15 @@ static void probes_print_what_was_looked_at(void **state)
     assert_non_null(strstr(output, "of a sun above them 1.00 is seen, of one below 0.00"));
 }
 
+/* 200 rocks in a quarter of their memory: what the example compares itself, and that it had to let rocks go. */
+static void a_stream_walks_past_what_memory_cannot_hold(void **state)
+{
+    (void)state;
+    assert_int_equal(run("01e_csm_streaming", "objects.csms"), 0);
+    assert_non_null(strstr(output, "0 steps differ from all rocks in memory"));
+    assert_null(strstr(output, " 0 left"));
+}
+
 /* A reading of a map by eye, without its bias, is the library's but at edges. */
 static void stages_are_asked_and_read(void **state)
 {
@@ -96,6 +106,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = { cmocka_unit_test(examples_draw_what_was_looked_at),
                                         cmocka_unit_test(probes_print_what_was_looked_at),
+                                        cmocka_unit_test(a_stream_walks_past_what_memory_cannot_hold),
                                         cmocka_unit_test(stages_are_asked_and_read),
                                         cmocka_unit_test(own_api_example_writes_a_shader) };
     return cmocka_run_group_tests(tests, open_folder, close_folder);
