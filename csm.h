@@ -99,7 +99,7 @@
                    keeps trays of about 1.4 times the block's bytes beside the block.
      bias          Too little gives acne at grazing light, too much leaks light in corners. 1 pixel suits most
                    objects.
-     filter        NEAREST is fastest, and jagged. PCF is smooth, and 13 times slower for maps of directions.
+     filter        NEAREST is fastest, and jagged. PCF is smooth, and 10 times slower for maps of directions.
                    ROULETTE is as fast as NEAREST and has PCF's mean, but shows noise in place of jags.
 
    From the paper to the code
@@ -5405,6 +5405,14 @@ typedef struct cohsm__kept {            /* depths of one light that earlier samp
     int32_t key[COHSM__KEPT], depth[COHSM__KEPT];
 } cohsm__kept;
 
+#ifndef COHSM_WITHOUT_SIMD
+typedef struct cohsm__fractions {       /* of PCF: what the sixteen pixels of a sample have in common */
+    float   weight[4][COHSM__TILE];     /* how far it lies towards the next cell or pixel, 0..1 */
+    int32_t cell[2][COHSM__TILE], pixel[2][COHSM__TILE];    /* the lower one, perhaps one step outside */
+    int32_t valid[COHSM__TILE];         /* 0: no map answers */
+} cohsm__fractions;
+#endif
+
 typedef struct cohsm__tile {            /* one object's samples, in its space */
     const cohsm_maps  *maps;
     const cohsm_query *query;
@@ -5423,7 +5431,9 @@ typedef struct cohsm__tile {            /* one object's samples, in its space */
     int32_t  depth[COHSM__TILE];        /* the sample's depth, to be compared with the stored one */
     union {                             /* no tile needs both */
         cohsm__kept kept;               /* of NEAREST with one light */
-        float       weight[4][COHSM__TILE];     /* of PCF */
+#ifndef COHSM_WITHOUT_SIMD
+        cohsm__fractions fractions;         /* of PCF */
+#endif
     } work;
 } cohsm__tile;
 
@@ -5750,6 +5760,7 @@ typedef struct cohsm__step {
     float jitter[5][COHSM__STEP];       /* of the cell's two dimensions, [2] unused, and of the pixel's two */
     float at[4][COHSM__STEP];           /* jittered position: [0] and [1] in the domain, in cells; [2] and [3]
                                            in the map, in pixels */
+    float depth[COHSM__STEP];           /* in 16 bits, less the bias */
     int32_t cell[2][COHSM__STEP], valid[COHSM__STEP];
     float angle[4][COHSM__STEP];        /* cos phi, sin phi, cos theta, sin theta */
     float right[3][COHSM__STEP], up[3][COHSM__STEP], back[3][COHSM__STEP];
@@ -5875,12 +5886,18 @@ static const int32_t cohsm__numbers[16] = { 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11
 #define cohsm__search_tile COHSM__NAME_IN_SET(cohsm__search_tile, COHSM__SET)
 #define cohsm__load_vectors COHSM__NAME_IN_SET(cohsm__load_vectors, COHSM__SET)
 #define cohsm__step_roots COHSM__NAME_IN_SET(cohsm__step_roots, COHSM__SET)
-#define cohsm__step_cells COHSM__NAME_IN_SET(cohsm__step_cells, COHSM__SET)
+#define cohsm__step_lights COHSM__NAME_IN_SET(cohsm__step_lights, COHSM__SET)
+#define cohsm__step_wrap COHSM__NAME_IN_SET(cohsm__step_wrap, COHSM__SET)
 #define cohsm__step_axes COHSM__NAME_IN_SET(cohsm__step_axes, COHSM__SET)
 #define cohsm__step_project COHSM__NAME_IN_SET(cohsm__step_project, COHSM__SET)
+#define cohsm__step_pixels COHSM__NAME_IN_SET(cohsm__step_pixels, COHSM__SET)
 #define cohsm__step_places COHSM__NAME_IN_SET(cohsm__step_places, COHSM__SET)
 #define cohsm__step_jitter COHSM__NAME_IN_SET(cohsm__step_jitter, COHSM__SET)
+#define cohsm__step_fractions COHSM__NAME_IN_SET(cohsm__step_fractions, COHSM__SET)
 #define cohsm__address_latlong COHSM__NAME_IN_SET(cohsm__address_latlong, COHSM__SET)
+#define cohsm__cells_latlong COHSM__NAME_IN_SET(cohsm__cells_latlong, COHSM__SET)
+#define cohsm__project_latlong COHSM__NAME_IN_SET(cohsm__project_latlong, COHSM__SET)
+#define cohsm__corner_latlong COHSM__NAME_IN_SET(cohsm__corner_latlong, COHSM__SET)
 #define cohsm__views COHSM__NAME_IN_SET(cohsm__views, COHSM__SET)
 #define cohsm__views_of COHSM__NAME_IN_SET(cohsm__views_of, COHSM__SET)
 #define cohsm__seen COHSM__NAME_IN_SET(cohsm__seen, COHSM__SET)
@@ -7738,13 +7755,13 @@ static inline COHSM__IN_KERNEL void cohsm__step_roots(float *x)
         cohsm__lanes_store(x + k, cohsm__lanes_sqrt(cohsm__lanes_load(x + k)));
 }
 
-static inline COHSM__IN_KERNEL void cohsm__step_cells(cohsm__step *s, const cohsm__tile *t, size_t first)
+/* Finds where a step's lights lie in the domain, and the cells below, which may be one step outside. */
+static inline COHSM__IN_KERNEL void cohsm__step_lights(cohsm__step *s, const cohsm__tile *t, size_t first)
 {
-    const cohsm_maps *m = t->maps;
     const float *x = t->light[0] + first, *y = t->light[1] + first, *z = t->light[2] + first;
-    int32_t n0 = (int32_t)m->head.side[0], n1 = (int32_t)m->head.side[1], c0, c1;
-    float top0 = (float)n0, top1 = (float)n1, u, v;
+    float top0 = (float)t->maps->head.side[0], top1 = (float)t->maps->head.side[1], u, v;
     float height[COHSM__STEP], root[COHSM__STEP];
+    int32_t c0, c1;
     int k;
 
     for (k = 0; k < COHSM__STEP; k++) root[k] = x[k] * x[k] + y[k] * y[k] + z[k] * z[k];
@@ -7766,9 +7783,21 @@ static inline COHSM__IN_KERNEL void cohsm__step_cells(cohsm__step *s, const cohs
         s->at[1][k] = v;
         c0 = (int32_t)u;
         c1 = (int32_t)v;
-        c0 -= (float)c0 > u;
-        c1 -= (float)c1 > v;
-        c0 += n0 / 2 & (0 - ((c1 < 0) | (c1 >= n1)));                       /* cohsm__wrap_cell */
+        s->cell[0][k] = c0 - ((float)c0 > u);
+        s->cell[1][k] = c1 - ((float)c1 > v);
+    }
+}
+
+/* Does what cohsm__wrap_cell does. */
+static inline COHSM__IN_KERNEL void cohsm__step_wrap(cohsm__step *s, const cohsm_maps *m)
+{
+    int32_t n0 = (int32_t)m->head.side[0], n1 = (int32_t)m->head.side[1], c0, c1;
+    int k;
+
+    for (k = 0; k < COHSM__STEP; k++) {
+        c0 = s->cell[0][k];
+        c1 = s->cell[1][k];
+        c0 += n0 / 2 & (0 - ((c1 < 0) | (c1 >= n1)));
         c0 += n0 & (0 - (c0 < 0));
         c0 -= n0 & (0 - (c0 >= n0));
         s->cell[0][k] = c0;
@@ -7817,28 +7846,37 @@ static inline COHSM__IN_KERNEL void cohsm__step_axes(cohsm__step *s, const cohsm
     }
 }
 
-/* Does what cohsm__project_point, cohsm__pixel and cohsm__compared_depth do. Points outside the map, in front
-   of it or not finite get COHSM__NO_PIXEL. */
-static inline COHSM__IN_KERNEL void cohsm__step_project(cohsm__step *s, cohsm__tile *t, size_t first)
+/* Does what cohsm__project_point does, and moves the samples. */
+static inline COHSM__IN_KERNEL void cohsm__step_project(cohsm__step *s, const cohsm__tile *t, size_t first)
 {
-    const cohsm_maps *m = t->maps;
     const float *px = t->point[0] + first, *py = t->point[1] + first, *pz = t->point[2] + first;
-    float top = (float)m->head.map_side, half = 0.5f * top, bias = t->query->bias / top;
-    float x, y, d;
-    int32_t side = (int32_t)m->head.map_side;
-    int32_t begin = (int32_t)m->head.pixel_begin, end = begin + (int32_t)m->range;
-    int32_t in, p;
+    float top = (float)t->maps->head.map_side, half = 0.5f * top, bias = t->query->bias / top, x, y, d;
     int k;
 
     for (k = 0; k < COHSM__STEP; k++) {
         x = (px[k] * s->right[0][k] + py[k] * s->right[1][k] + pz[k] * s->right[2][k]) * half + half;
         y = (px[k] * s->up[0][k] + py[k] * s->up[1][k] + pz[k] * s->up[2][k]) * half + half;
         d = px[k] * s->back[0][k] + py[k] * s->back[1][k] + pz[k] * s->back[2][k];
-        d = (0.5f - 0.5f * d - bias) * (float)COHSM__HIT_MAX;
-        x += s->jitter[3][k] - 0.5f;
-        y += s->jitter[4][k] - 0.5f;
-        s->at[2][k] = x;
-        s->at[3][k] = y;
+        s->depth[k] = (0.5f - 0.5f * d - bias) * (float)COHSM__HIT_MAX;
+        s->at[2][k] = x + (s->jitter[3][k] - 0.5f);
+        s->at[3][k] = y + (s->jitter[4][k] - 0.5f);
+    }
+}
+
+/* Does what cohsm__pixel and cohsm__compared_depth do. Points outside the map, in front of it or not finite
+   get COHSM__NO_PIXEL. */
+static inline COHSM__IN_KERNEL void cohsm__step_pixels(const cohsm__step *s, cohsm__tile *t, size_t first)
+{
+    const cohsm_maps *m = t->maps;
+    float top = (float)m->head.map_side, x, y, d;
+    int32_t side = (int32_t)m->head.map_side, in, p;
+    int32_t begin = (int32_t)m->head.pixel_begin, end = begin + (int32_t)m->range;
+    int k;
+
+    for (k = 0; k < COHSM__STEP; k++) {
+        x = s->at[2][k];
+        y = s->at[3][k];
+        d = s->depth[k];
         in = s->valid[k] & (x >= 0.0f) & (x < top) & (y >= 0.0f) & (y < top) & (d >= 0.0f);
         x = in ? x : 0.0f;
         y = in ? y : 0.0f;
@@ -7877,55 +7915,120 @@ static inline COHSM__IN_KERNEL void cohsm__step_places(const cohsm__step *s, coh
 }
 
 /* Moves samples as their filter wants. NEAREST takes the cell and the pixel that a sample lies in; ROULETTE
-   takes those that hold the sample after it was moved at random by up to half a step; PCF takes all sixteen
-   pairs of neighbouring cells and pixels, one in each call: bits 0 and 1 of corner choose the cell, bits 2
-   and 3 the pixel. */
-static inline COHSM__IN_KERNEL void cohsm__step_jitter(cohsm__step *s, const cohsm__tile *t, size_t first,
-                                                       uint32_t corner)
+   takes those that hold the sample after it was moved at random by up to half a step; PCF takes the lowest of
+   sixteen, and adds the steps from there. */
+static inline COHSM__IN_KERNEL void cohsm__step_jitter(cohsm__step *s, const cohsm__tile *t, size_t first)
 {
     static const uint32_t dimension[4] = { 0, 1, 3, 4 };
     cohsm_filter filter = t->query->filter;
-    float same;
     uint32_t i, d;
     int k;
 
     for (i = 0; i < 4; i++) {
         d = dimension[i];
-        same = filter != COHSM_FILTER_PCF ? 0.5f : corner >> i & 1u ? 1.0f : 0.0f;
         if (filter == COHSM_FILTER_ROULETTE)
             for (k = 0; k < COHSM__STEP; k++)
                 s->jitter[d][k] = cohsm__random(t->seed, (uint32_t)t->id[first + (size_t)k], d);
-        else for (k = 0; k < COHSM__STEP; k++) s->jitter[d][k] = same;
+        else for (k = 0; k < COHSM__STEP; k++) s->jitter[d][k] = filter == COHSM_FILTER_PCF ? 0.0f : 0.5f;
     }
 }
 
-/* Finds cell, pixel and depth of every sample of a tile. If weight is not NULL, it receives how far each
-   sample lies towards the next cell or pixel, 0..1, for those of the four dimensions in which the corner is
-   the lower of two. */
-COHSM__KERNEL COHSM__FLATTEN static void cohsm__address_latlong(cohsm__tile *t, uint32_t corner,
-                                                                float (*weight)[COHSM__TILE])
+/* Finds cell, pixel and depth of every sample of a tile. */
+COHSM__KERNEL COHSM__FLATTEN static void cohsm__address_latlong(cohsm__tile *t)
 {
     cohsm__step s;
     size_t first;
-    float x, low;
-    int k, i;
 
     for (first = 0; first < t->count; first += COHSM__STEP) {
-        cohsm__step_jitter(&s, t, first, corner);
-        cohsm__step_cells(&s, t, first);
+        cohsm__step_jitter(&s, t, first);
+        cohsm__step_lights(&s, t, first);
+        cohsm__step_wrap(&s, t->maps);
+        cohsm__step_axes(&s, t->maps);
+        cohsm__step_project(&s, t, first);
+        cohsm__step_pixels(&s, t, first);
+        cohsm__step_places(&s, t, first);
+    }
+}
+
+#ifndef COHSM_WITHOUT_SIMD
+/* Keeps two coordinates of a step, cells of the domain or pixels, as fractions of PCF: the lower one, and how
+   far the samples lie towards the next. */
+static inline COHSM__IN_KERNEL void cohsm__step_fractions(float (*at)[COHSM__STEP], size_t first,
+                                                          int32_t (*low)[COHSM__TILE],
+                                                          float (*weight)[COHSM__TILE])
+{
+    float x;
+    int32_t l;
+    int i, k;
+
+    for (i = 0; i < 2; i++)
+        for (k = 0; k < COHSM__STEP; k++) {
+            x = cohsm__either(fabsf(at[i][k]) < 1e6f, at[i][k], -9.0f);
+            l = (int32_t)x;
+            l -= (float)l > x;
+            low[i][first + (size_t)k] = l;
+            weight[i][first + (size_t)k] = x - (float)l;
+        }
+}
+
+/* For PCF: the cells below the lights of a tile, once for the four maps around each. */
+COHSM__KERNEL COHSM__FLATTEN static void cohsm__cells_latlong(cohsm__tile *t)
+{
+    cohsm__fractions *f = &t->work.fractions;
+    cohsm__step s;
+    size_t first, k;
+
+    for (first = 0; first < t->count; first += COHSM__STEP) {
+        cohsm__step_jitter(&s, t, first);
+        cohsm__step_lights(&s, t, first);
+        cohsm__step_fractions(s.at, first, f->cell, f->weight);
+        for (k = 0; k < COHSM__STEP; k++) f->valid[first + k] = s.valid[k];
+    }
+}
+
+/* For PCF: places and depths in one of the four maps around each light, whose bits 0 and 1 choose the cell,
+   and the pixels below, once for the four around each sample. Samples without an answer get a depth of -1. */
+COHSM__KERNEL COHSM__FLATTEN static void cohsm__project_latlong(cohsm__tile *t, uint32_t map)
+{
+    cohsm__fractions *f = &t->work.fractions;
+    cohsm__step s;
+    size_t first, k;
+    float d;
+
+    for (first = 0; first < t->count; first += COHSM__STEP) {
+        for (k = 0; k < COHSM__STEP; k++) {
+            s.cell[0][k] = f->cell[0][first + k] + (int32_t)(map & 1u);
+            s.cell[1][k] = f->cell[1][first + k] + (int32_t)(map >> 1);
+            s.jitter[3][k] = s.jitter[4][k] = 0.0f;
+        }
+        cohsm__step_wrap(&s, t->maps);
         cohsm__step_axes(&s, t->maps);
         cohsm__step_project(&s, t, first);
         cohsm__step_places(&s, t, first);
-        for (i = 0; weight && i < 4; i++) {
-            if (corner >> i & 1u) continue;
-            for (k = 0; k < COHSM__STEP; k++) {
-                x = cohsm__either(fabsf(s.at[i][k]) < 1e6f, s.at[i][k], 0.0f);
-                low = (float)(int32_t)x;
-                weight[i][first + (size_t)k] = x - (low - cohsm__either(low > x, 1.0f, 0.0f));
-            }
+        cohsm__step_fractions(s.at + 2, first, f->pixel, f->weight + 2);
+        for (k = 0; k < COHSM__STEP; k++) {
+            d = cohsm__either((f->valid[first + k] != 0) & (s.depth[k] >= 0.0f), s.depth[k], -1.0f);
+            t->depth[first + k] = (int32_t)(d < 65535.0f ? d : 65535.0f);
         }
     }
 }
+
+/* For PCF: one of the four pixels around each sample, which bits 0 and 1 of the corner choose. */
+COHSM__KERNEL static void cohsm__corner_latlong(cohsm__tile *t, uint32_t corner)
+{
+    const cohsm__fractions *f = &t->work.fractions;
+    const uint32_t side = t->maps->head.map_side, begin = t->maps->head.pixel_begin, range = t->maps->range;
+    size_t i;
+
+    for (i = 0; i < t->count; i++) {
+        const uint32_t x = (uint32_t)f->pixel[0][i] + (corner & 1u);
+        const uint32_t y = (uint32_t)f->pixel[1][i] + (corner >> 1);
+        const uint32_t p = y * side + x - begin;
+        const int in = (x < side) & (y < side) & (p < range) & (t->depth[i] >= 0);
+        t->pixel[i] = in ? p : COHSM__NO_PIXEL;
+    }
+}
+#endif
 
 #endif
 
@@ -8311,7 +8414,12 @@ COHSM__KERNEL static void cohsm__meet_spheres(const cohsm_query *q, size_t first
 /* ---- kernels: which to call ---- */
 
 typedef struct cohsm__kernels {
-    void (*address)(cohsm__tile *t, uint32_t corner, float (*weight)[COHSM__TILE]);
+    void (*address)(cohsm__tile *t);
+#ifndef COHSM_WITHOUT_SIMD
+    void (*cells)(cohsm__tile *t);
+    void (*project)(cohsm__tile *t, uint32_t map);
+    void (*corner)(cohsm__tile *t, uint32_t corner);
+#endif
     void (*search)(cohsm__tile *t);
     size_t (*load_vectors)(const cohsm__tile *t, const float *packed, cohsm__v3 center, float scale,
                            float (*out)[COHSM__TILE]);
@@ -8335,6 +8443,11 @@ static cohsm__kernels cohsm__choose_kernels(int simd)
 {
     cohsm__kernels k;
     k.address = cohsm__address_latlong_plain;
+#ifndef COHSM_WITHOUT_SIMD
+    k.cells = cohsm__cells_latlong_plain;
+    k.project = cohsm__project_latlong_plain;
+    k.corner = cohsm__corner_latlong_plain;
+#endif
     k.search = cohsm__search_tile_plain;
     k.load_vectors = cohsm__load_vectors_plain;
     k.one_light = cohsm__one_light_plain;
@@ -8350,6 +8463,9 @@ static cohsm__kernels cohsm__choose_kernels(int simd)
 #if COHSM__SIMD_SETS
     if (simd) {
         k.address = cohsm__address_latlong_avx2;
+        k.cells = cohsm__cells_latlong_avx2;
+        k.project = cohsm__project_latlong_avx2;
+        k.corner = cohsm__corner_latlong_avx2;
         k.search = cohsm__search_tile_avx2;
         k.load_vectors = cohsm__load_vectors_avx2;
         k.meet_spheres = simd == 2 ? cohsm__meet_spheres_avx512 : cohsm__meet_spheres_avx2;
@@ -8870,16 +8986,6 @@ COHSM_DEF cohsm_result cohsm_builder_import(cohsm_builder *b, const cohsm_segmen
 
 /* ---- query: one tile through the way that suits it ---- */
 
-/* Looks up one corner of every sample. */
-static void cohsm__run_corner(cohsm__tile *t, const cohsm__kernels *kernels, uint32_t corner,
-                              float (*weight)[COHSM__TILE])
-{
-    size_t i;
-    for (i = 0; i < t->count; i++) t->visible[i] = 1.0f;
-    kernels->address(t, corner, weight);
-    kernels->search(t);
-}
-
 /* Answers for a tile whose samples have one light: each pixel is decoded once. */
 static void cohsm__run_one_light(cohsm__tile *t, const cohsm__kernels *kernels)
 {
@@ -8898,31 +9004,34 @@ static void cohsm__run_one_light(cohsm__tile *t, const cohsm__kernels *kernels)
     kernels->one_light(&s, t->visible);
 }
 
+#ifndef COHSM_WITHOUT_SIMD
 /* Does what cohsm__pcf does for the whole tile; sums are taken in the same order. */
 static void cohsm__run_pcf(cohsm__tile *t, const cohsm__kernels *kernels)
 {
-    float (*weight)[COHSM__TILE] = t->work.weight, dark[COHSM__TILE], map[COHSM__TILE], w;
-    uint32_t corner, d;
+    float (*const weight)[COHSM__TILE] = t->work.fractions.weight, dark[COHSM__TILE], map[COHSM__TILE];
+    uint32_t corner, pixel;
     size_t i;
 
     memset(dark, 0, sizeof dark);
-    for (corner = 0; corner < 16; corner++) {
-        /* The pixels of a map come one after the other, as in cohsm__pcf: the two low bits of the count
-           choose the pixel, which the two high bits of a kernel's corner do. */
-        uint32_t turned = corner >> 2 | (corner & 3u) << 2;
-        cohsm__run_corner(t, kernels, turned, weight);
-        for (i = 0; i < t->count; i++) {
-            w = 1.0f;
-            for (d = 2; d < 4; d++) w *= turned >> d & 1u ? weight[d][i] : 1.0f - weight[d][i];
-            map[i] = (corner & 3u ? map[i] : 0.0f) + w * (1.0f - t->visible[i]);
-            if ((corner & 3u) < 3) continue;
-            w = 1.0f;
-            for (d = 0; d < 2; d++) w *= turned >> d & 1u ? weight[d][i] : 1.0f - weight[d][i];
-            dark[i] += w * map[i];
+    kernels->cells(t);
+    for (corner = 0; corner < 4; corner++) {
+        kernels->project(t, corner);
+        memset(map, 0, sizeof map);
+        for (pixel = 0; pixel < 4; pixel++) {
+            for (i = 0; i < t->count; i++) t->visible[i] = 1.0f;
+            kernels->corner(t, pixel);
+            kernels->search(t);
+            for (i = 0; i < t->count; i++)
+                map[i] += (pixel & 1u ? weight[2][i] : 1.0f - weight[2][i]) *
+                          (pixel >> 1 ? weight[3][i] : 1.0f - weight[3][i]) * (1.0f - t->visible[i]);
         }
+        for (i = 0; i < t->count; i++)
+            dark[i] += (corner & 1u ? weight[0][i] : 1.0f - weight[0][i]) *
+                       (corner >> 1 ? weight[1][i] : 1.0f - weight[1][i]) * map[i];
     }
     for (i = 0; i < t->count; i++) t->visible[i] = cohsm__lit_from_dark(dark[i]);
 }
+#endif
 
 /* Answers for a tile in steps; returns 0 if the samples are of a kind that is treated one by one. */
 static int cohsm__answer_in_steps(cohsm__tile *t, const cohsm__kernels *kernels)
@@ -8931,6 +9040,9 @@ static int cohsm__answer_in_steps(cohsm__tile *t, const cohsm__kernels *kernels)
     int shared = t->one_light && t->query->filter == COHSM_FILTER_NEAREST;
     size_t i;
 
+#ifdef COHSM_WITHOUT_SIMD
+    if (t->query->filter == COHSM_FILTER_PCF) return 0;
+#endif
     if (!shared && (t->light_kind != COHSM_LIGHT_DIRECTION || m->head.domain != COHSM_DOMAIN_LATLONG))
         return 0;
     for (i = t->count; i % COHSM__STEP; i++) {      /* the last step is filled up with points of no use */
@@ -8942,9 +9054,17 @@ static int cohsm__answer_in_steps(cohsm__tile *t, const cohsm__kernels *kernels)
         t->light[1][i] = t->light[1][0];
         t->light[2][i] = t->light[2][0];
     }
-    if (t->query->filter == COHSM_FILTER_PCF) cohsm__run_pcf(t, kernels);
-    else if (shared) cohsm__run_one_light(t, kernels);
-    else cohsm__run_corner(t, kernels, 0, NULL);
+#ifndef COHSM_WITHOUT_SIMD
+    if (t->query->filter == COHSM_FILTER_PCF) {
+        cohsm__run_pcf(t, kernels);
+        return 1;
+    }
+#endif
+    if (shared) cohsm__run_one_light(t, kernels);
+    else {
+        kernels->address(t);
+        kernels->search(t);
+    }
     return 1;
 }
 

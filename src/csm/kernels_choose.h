@@ -1,7 +1,12 @@
 /* ---- kernels: which to call ---- */
 
 typedef struct cohsm__kernels {
-    void (*address)(cohsm__tile *t, uint32_t corner, float (*weight)[COHSM__TILE]);
+    void (*address)(cohsm__tile *t);
+#ifndef COHSM_WITHOUT_SIMD
+    void (*cells)(cohsm__tile *t);
+    void (*project)(cohsm__tile *t, uint32_t map);
+    void (*corner)(cohsm__tile *t, uint32_t corner);
+#endif
     void (*search)(cohsm__tile *t);
     size_t (*load_vectors)(const cohsm__tile *t, const float *packed, cohsm__v3 center, float scale,
                            float (*out)[COHSM__TILE]);
@@ -25,6 +30,11 @@ static cohsm__kernels cohsm__choose_kernels(int simd)
 {
     cohsm__kernels k;
     k.address = cohsm__address_latlong_plain;
+#ifndef COHSM_WITHOUT_SIMD
+    k.cells = cohsm__cells_latlong_plain;
+    k.project = cohsm__project_latlong_plain;
+    k.corner = cohsm__corner_latlong_plain;
+#endif
     k.search = cohsm__search_tile_plain;
     k.load_vectors = cohsm__load_vectors_plain;
     k.one_light = cohsm__one_light_plain;
@@ -40,6 +50,9 @@ static cohsm__kernels cohsm__choose_kernels(int simd)
 #if COHSM__SIMD_SETS
     if (simd) {
         k.address = cohsm__address_latlong_avx2;
+        k.cells = cohsm__cells_latlong_avx2;
+        k.project = cohsm__project_latlong_avx2;
+        k.corner = cohsm__corner_latlong_avx2;
         k.search = cohsm__search_tile_avx2;
         k.load_vectors = cohsm__load_vectors_avx2;
         k.meet_spheres = simd == 2 ? cohsm__meet_spheres_avx512 : cohsm__meet_spheres_avx2;

@@ -10,13 +10,13 @@ static inline COHSM__IN_KERNEL void cohsm__step_roots(float *x)
         cohsm__lanes_store(x + k, cohsm__lanes_sqrt(cohsm__lanes_load(x + k)));
 }
 
-static inline COHSM__IN_KERNEL void cohsm__step_cells(cohsm__step *s, const cohsm__tile *t, size_t first)
+/* Finds where a step's lights lie in the domain, and the cells below, which may be one step outside. */
+static inline COHSM__IN_KERNEL void cohsm__step_lights(cohsm__step *s, const cohsm__tile *t, size_t first)
 {
-    const cohsm_maps *m = t->maps;
     const float *x = t->light[0] + first, *y = t->light[1] + first, *z = t->light[2] + first;
-    int32_t n0 = (int32_t)m->head.side[0], n1 = (int32_t)m->head.side[1], c0, c1;
-    float top0 = (float)n0, top1 = (float)n1, u, v;
+    float top0 = (float)t->maps->head.side[0], top1 = (float)t->maps->head.side[1], u, v;
     float height[COHSM__STEP], root[COHSM__STEP];
+    int32_t c0, c1;
     int k;
 
     for (k = 0; k < COHSM__STEP; k++) root[k] = x[k] * x[k] + y[k] * y[k] + z[k] * z[k];
@@ -38,9 +38,21 @@ static inline COHSM__IN_KERNEL void cohsm__step_cells(cohsm__step *s, const cohs
         s->at[1][k] = v;
         c0 = (int32_t)u;
         c1 = (int32_t)v;
-        c0 -= (float)c0 > u;
-        c1 -= (float)c1 > v;
-        c0 += n0 / 2 & (0 - ((c1 < 0) | (c1 >= n1)));                       /* cohsm__wrap_cell */
+        s->cell[0][k] = c0 - ((float)c0 > u);
+        s->cell[1][k] = c1 - ((float)c1 > v);
+    }
+}
+
+/* Does what cohsm__wrap_cell does. */
+static inline COHSM__IN_KERNEL void cohsm__step_wrap(cohsm__step *s, const cohsm_maps *m)
+{
+    int32_t n0 = (int32_t)m->head.side[0], n1 = (int32_t)m->head.side[1], c0, c1;
+    int k;
+
+    for (k = 0; k < COHSM__STEP; k++) {
+        c0 = s->cell[0][k];
+        c1 = s->cell[1][k];
+        c0 += n0 / 2 & (0 - ((c1 < 0) | (c1 >= n1)));
         c0 += n0 & (0 - (c0 < 0));
         c0 -= n0 & (0 - (c0 >= n0));
         s->cell[0][k] = c0;
@@ -89,28 +101,37 @@ static inline COHSM__IN_KERNEL void cohsm__step_axes(cohsm__step *s, const cohsm
     }
 }
 
-/* Does what cohsm__project_point, cohsm__pixel and cohsm__compared_depth do. Points outside the map, in front
-   of it or not finite get COHSM__NO_PIXEL. */
-static inline COHSM__IN_KERNEL void cohsm__step_project(cohsm__step *s, cohsm__tile *t, size_t first)
+/* Does what cohsm__project_point does, and moves the samples. */
+static inline COHSM__IN_KERNEL void cohsm__step_project(cohsm__step *s, const cohsm__tile *t, size_t first)
 {
-    const cohsm_maps *m = t->maps;
     const float *px = t->point[0] + first, *py = t->point[1] + first, *pz = t->point[2] + first;
-    float top = (float)m->head.map_side, half = 0.5f * top, bias = t->query->bias / top;
-    float x, y, d;
-    int32_t side = (int32_t)m->head.map_side;
-    int32_t begin = (int32_t)m->head.pixel_begin, end = begin + (int32_t)m->range;
-    int32_t in, p;
+    float top = (float)t->maps->head.map_side, half = 0.5f * top, bias = t->query->bias / top, x, y, d;
     int k;
 
     for (k = 0; k < COHSM__STEP; k++) {
         x = (px[k] * s->right[0][k] + py[k] * s->right[1][k] + pz[k] * s->right[2][k]) * half + half;
         y = (px[k] * s->up[0][k] + py[k] * s->up[1][k] + pz[k] * s->up[2][k]) * half + half;
         d = px[k] * s->back[0][k] + py[k] * s->back[1][k] + pz[k] * s->back[2][k];
-        d = (0.5f - 0.5f * d - bias) * (float)COHSM__HIT_MAX;
-        x += s->jitter[3][k] - 0.5f;
-        y += s->jitter[4][k] - 0.5f;
-        s->at[2][k] = x;
-        s->at[3][k] = y;
+        s->depth[k] = (0.5f - 0.5f * d - bias) * (float)COHSM__HIT_MAX;
+        s->at[2][k] = x + (s->jitter[3][k] - 0.5f);
+        s->at[3][k] = y + (s->jitter[4][k] - 0.5f);
+    }
+}
+
+/* Does what cohsm__pixel and cohsm__compared_depth do. Points outside the map, in front of it or not finite
+   get COHSM__NO_PIXEL. */
+static inline COHSM__IN_KERNEL void cohsm__step_pixels(const cohsm__step *s, cohsm__tile *t, size_t first)
+{
+    const cohsm_maps *m = t->maps;
+    float top = (float)m->head.map_side, x, y, d;
+    int32_t side = (int32_t)m->head.map_side, in, p;
+    int32_t begin = (int32_t)m->head.pixel_begin, end = begin + (int32_t)m->range;
+    int k;
+
+    for (k = 0; k < COHSM__STEP; k++) {
+        x = s->at[2][k];
+        y = s->at[3][k];
+        d = s->depth[k];
         in = s->valid[k] & (x >= 0.0f) & (x < top) & (y >= 0.0f) & (y < top) & (d >= 0.0f);
         x = in ? x : 0.0f;
         y = in ? y : 0.0f;
@@ -149,54 +170,119 @@ static inline COHSM__IN_KERNEL void cohsm__step_places(const cohsm__step *s, coh
 }
 
 /* Moves samples as their filter wants. NEAREST takes the cell and the pixel that a sample lies in; ROULETTE
-   takes those that hold the sample after it was moved at random by up to half a step; PCF takes all sixteen
-   pairs of neighbouring cells and pixels, one in each call: bits 0 and 1 of corner choose the cell, bits 2
-   and 3 the pixel. */
-static inline COHSM__IN_KERNEL void cohsm__step_jitter(cohsm__step *s, const cohsm__tile *t, size_t first,
-                                                       uint32_t corner)
+   takes those that hold the sample after it was moved at random by up to half a step; PCF takes the lowest of
+   sixteen, and adds the steps from there. */
+static inline COHSM__IN_KERNEL void cohsm__step_jitter(cohsm__step *s, const cohsm__tile *t, size_t first)
 {
     static const uint32_t dimension[4] = { 0, 1, 3, 4 };
     cohsm_filter filter = t->query->filter;
-    float same;
     uint32_t i, d;
     int k;
 
     for (i = 0; i < 4; i++) {
         d = dimension[i];
-        same = filter != COHSM_FILTER_PCF ? 0.5f : corner >> i & 1u ? 1.0f : 0.0f;
         if (filter == COHSM_FILTER_ROULETTE)
             for (k = 0; k < COHSM__STEP; k++)
                 s->jitter[d][k] = cohsm__random(t->seed, (uint32_t)t->id[first + (size_t)k], d);
-        else for (k = 0; k < COHSM__STEP; k++) s->jitter[d][k] = same;
+        else for (k = 0; k < COHSM__STEP; k++) s->jitter[d][k] = filter == COHSM_FILTER_PCF ? 0.0f : 0.5f;
     }
 }
 
-/* Finds cell, pixel and depth of every sample of a tile. If weight is not NULL, it receives how far each
-   sample lies towards the next cell or pixel, 0..1, for those of the four dimensions in which the corner is
-   the lower of two. */
-COHSM__KERNEL COHSM__FLATTEN static void cohsm__address_latlong(cohsm__tile *t, uint32_t corner,
-                                                                float (*weight)[COHSM__TILE])
+/* Finds cell, pixel and depth of every sample of a tile. */
+COHSM__KERNEL COHSM__FLATTEN static void cohsm__address_latlong(cohsm__tile *t)
 {
     cohsm__step s;
     size_t first;
-    float x, low;
-    int k, i;
 
     for (first = 0; first < t->count; first += COHSM__STEP) {
-        cohsm__step_jitter(&s, t, first, corner);
-        cohsm__step_cells(&s, t, first);
+        cohsm__step_jitter(&s, t, first);
+        cohsm__step_lights(&s, t, first);
+        cohsm__step_wrap(&s, t->maps);
+        cohsm__step_axes(&s, t->maps);
+        cohsm__step_project(&s, t, first);
+        cohsm__step_pixels(&s, t, first);
+        cohsm__step_places(&s, t, first);
+    }
+}
+
+#ifndef COHSM_WITHOUT_SIMD
+/* Keeps two coordinates of a step, cells of the domain or pixels, as fractions of PCF: the lower one, and how
+   far the samples lie towards the next. */
+static inline COHSM__IN_KERNEL void cohsm__step_fractions(float (*at)[COHSM__STEP], size_t first,
+                                                          int32_t (*low)[COHSM__TILE],
+                                                          float (*weight)[COHSM__TILE])
+{
+    float x;
+    int32_t l;
+    int i, k;
+
+    for (i = 0; i < 2; i++)
+        for (k = 0; k < COHSM__STEP; k++) {
+            x = cohsm__either(fabsf(at[i][k]) < 1e6f, at[i][k], -9.0f);
+            l = (int32_t)x;
+            l -= (float)l > x;
+            low[i][first + (size_t)k] = l;
+            weight[i][first + (size_t)k] = x - (float)l;
+        }
+}
+
+/* For PCF: the cells below the lights of a tile, once for the four maps around each. */
+COHSM__KERNEL COHSM__FLATTEN static void cohsm__cells_latlong(cohsm__tile *t)
+{
+    cohsm__fractions *f = &t->work.fractions;
+    cohsm__step s;
+    size_t first, k;
+
+    for (first = 0; first < t->count; first += COHSM__STEP) {
+        cohsm__step_jitter(&s, t, first);
+        cohsm__step_lights(&s, t, first);
+        cohsm__step_fractions(s.at, first, f->cell, f->weight);
+        for (k = 0; k < COHSM__STEP; k++) f->valid[first + k] = s.valid[k];
+    }
+}
+
+/* For PCF: places and depths in one of the four maps around each light, whose bits 0 and 1 choose the cell,
+   and the pixels below, once for the four around each sample. Samples without an answer get a depth of -1. */
+COHSM__KERNEL COHSM__FLATTEN static void cohsm__project_latlong(cohsm__tile *t, uint32_t map)
+{
+    cohsm__fractions *f = &t->work.fractions;
+    cohsm__step s;
+    size_t first, k;
+    float d;
+
+    for (first = 0; first < t->count; first += COHSM__STEP) {
+        for (k = 0; k < COHSM__STEP; k++) {
+            s.cell[0][k] = f->cell[0][first + k] + (int32_t)(map & 1u);
+            s.cell[1][k] = f->cell[1][first + k] + (int32_t)(map >> 1);
+            s.jitter[3][k] = s.jitter[4][k] = 0.0f;
+        }
+        cohsm__step_wrap(&s, t->maps);
         cohsm__step_axes(&s, t->maps);
         cohsm__step_project(&s, t, first);
         cohsm__step_places(&s, t, first);
-        for (i = 0; weight && i < 4; i++) {
-            if (corner >> i & 1u) continue;
-            for (k = 0; k < COHSM__STEP; k++) {
-                x = cohsm__either(fabsf(s.at[i][k]) < 1e6f, s.at[i][k], 0.0f);
-                low = (float)(int32_t)x;
-                weight[i][first + (size_t)k] = x - (low - cohsm__either(low > x, 1.0f, 0.0f));
-            }
+        cohsm__step_fractions(s.at + 2, first, f->pixel, f->weight + 2);
+        for (k = 0; k < COHSM__STEP; k++) {
+            d = cohsm__either((f->valid[first + k] != 0) & (s.depth[k] >= 0.0f), s.depth[k], -1.0f);
+            t->depth[first + k] = (int32_t)(d < 65535.0f ? d : 65535.0f);
         }
     }
 }
+
+/* For PCF: one of the four pixels around each sample, which bits 0 and 1 of the corner choose. */
+COHSM__KERNEL static void cohsm__corner_latlong(cohsm__tile *t, uint32_t corner)
+{
+    const cohsm__fractions *f = &t->work.fractions;
+    const uint32_t side = t->maps->head.map_side, begin = t->maps->head.pixel_begin, range = t->maps->range;
+    size_t i;
+
+    for (i = 0; i < t->count; i++) {
+        const uint32_t x = (uint32_t)f->pixel[0][i] + (corner & 1u);
+        const uint32_t y = (uint32_t)f->pixel[1][i] + (corner >> 1);
+        const uint32_t p = y * side + x - begin;
+        const int in = (x < side) & (y < side) & (p < range) & (t->depth[i] >= 0);
+        t->pixel[i] = in ? p : COHSM__NO_PIXEL;
+    }
+}
+#endif
 
 #endif

@@ -99,7 +99,7 @@
                    keeps trays of about 1.4 times the block's bytes beside the block.
      bias          Too little gives acne at grazing light, too much leaks light in corners. 1 pixel suits most
                    objects.
-     filter        NEAREST is fastest, and jagged. PCF is smooth, and 13 times slower for maps of directions.
+     filter        NEAREST is fastest, and jagged. PCF is smooth, and 10 times slower for maps of directions.
                    ROULETTE is as fast as NEAREST and has PCF's mean, but shows noise in place of jags.
 
    From the paper to the code

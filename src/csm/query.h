@@ -20,6 +20,14 @@ typedef struct cohsm__kept {            /* depths of one light that earlier samp
     int32_t key[COHSM__KEPT], depth[COHSM__KEPT];
 } cohsm__kept;
 
+#ifndef COHSM_WITHOUT_SIMD
+typedef struct cohsm__fractions {       /* of PCF: what the sixteen pixels of a sample have in common */
+    float   weight[4][COHSM__TILE];     /* how far it lies towards the next cell or pixel, 0..1 */
+    int32_t cell[2][COHSM__TILE], pixel[2][COHSM__TILE];    /* the lower one, perhaps one step outside */
+    int32_t valid[COHSM__TILE];         /* 0: no map answers */
+} cohsm__fractions;
+#endif
+
 typedef struct cohsm__tile {            /* one object's samples, in its space */
     const cohsm_maps  *maps;
     const cohsm_query *query;
@@ -38,7 +46,9 @@ typedef struct cohsm__tile {            /* one object's samples, in its space */
     int32_t  depth[COHSM__TILE];        /* the sample's depth, to be compared with the stored one */
     union {                             /* no tile needs both */
         cohsm__kept kept;               /* of NEAREST with one light */
-        float       weight[4][COHSM__TILE];     /* of PCF */
+#ifndef COHSM_WITHOUT_SIMD
+        cohsm__fractions fractions;         /* of PCF */
+#endif
     } work;
 } cohsm__tile;
 

@@ -11,6 +11,7 @@ typedef struct cohsm__step {
     float jitter[5][COHSM__STEP];       /* of the cell's two dimensions, [2] unused, and of the pixel's two */
     float at[4][COHSM__STEP];           /* jittered position: [0] and [1] in the domain, in cells; [2] and [3]
                                            in the map, in pixels */
+    float depth[COHSM__STEP];           /* in 16 bits, less the bias */
     int32_t cell[2][COHSM__STEP], valid[COHSM__STEP];
     float angle[4][COHSM__STEP];        /* cos phi, sin phi, cos theta, sin theta */
     float right[3][COHSM__STEP], up[3][COHSM__STEP], back[3][COHSM__STEP];

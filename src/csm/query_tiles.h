@@ -1,15 +1,5 @@
 /* ---- query: one tile through the way that suits it ---- */
 
-/* Looks up one corner of every sample. */
-static void cohsm__run_corner(cohsm__tile *t, const cohsm__kernels *kernels, uint32_t corner,
-                              float (*weight)[COHSM__TILE])
-{
-    size_t i;
-    for (i = 0; i < t->count; i++) t->visible[i] = 1.0f;
-    kernels->address(t, corner, weight);
-    kernels->search(t);
-}
-
 /* Answers for a tile whose samples have one light: each pixel is decoded once. */
 static void cohsm__run_one_light(cohsm__tile *t, const cohsm__kernels *kernels)
 {
@@ -28,31 +18,34 @@ static void cohsm__run_one_light(cohsm__tile *t, const cohsm__kernels *kernels)
     kernels->one_light(&s, t->visible);
 }
 
+#ifndef COHSM_WITHOUT_SIMD
 /* Does what cohsm__pcf does for the whole tile; sums are taken in the same order. */
 static void cohsm__run_pcf(cohsm__tile *t, const cohsm__kernels *kernels)
 {
-    float (*weight)[COHSM__TILE] = t->work.weight, dark[COHSM__TILE], map[COHSM__TILE], w;
-    uint32_t corner, d;
+    float (*const weight)[COHSM__TILE] = t->work.fractions.weight, dark[COHSM__TILE], map[COHSM__TILE];
+    uint32_t corner, pixel;
     size_t i;
 
     memset(dark, 0, sizeof dark);
-    for (corner = 0; corner < 16; corner++) {
-        /* The pixels of a map come one after the other, as in cohsm__pcf: the two low bits of the count
-           choose the pixel, which the two high bits of a kernel's corner do. */
-        uint32_t turned = corner >> 2 | (corner & 3u) << 2;
-        cohsm__run_corner(t, kernels, turned, weight);
-        for (i = 0; i < t->count; i++) {
-            w = 1.0f;
-            for (d = 2; d < 4; d++) w *= turned >> d & 1u ? weight[d][i] : 1.0f - weight[d][i];
-            map[i] = (corner & 3u ? map[i] : 0.0f) + w * (1.0f - t->visible[i]);
-            if ((corner & 3u) < 3) continue;
-            w = 1.0f;
-            for (d = 0; d < 2; d++) w *= turned >> d & 1u ? weight[d][i] : 1.0f - weight[d][i];
-            dark[i] += w * map[i];
+    kernels->cells(t);
+    for (corner = 0; corner < 4; corner++) {
+        kernels->project(t, corner);
+        memset(map, 0, sizeof map);
+        for (pixel = 0; pixel < 4; pixel++) {
+            for (i = 0; i < t->count; i++) t->visible[i] = 1.0f;
+            kernels->corner(t, pixel);
+            kernels->search(t);
+            for (i = 0; i < t->count; i++)
+                map[i] += (pixel & 1u ? weight[2][i] : 1.0f - weight[2][i]) *
+                          (pixel >> 1 ? weight[3][i] : 1.0f - weight[3][i]) * (1.0f - t->visible[i]);
         }
+        for (i = 0; i < t->count; i++)
+            dark[i] += (corner & 1u ? weight[0][i] : 1.0f - weight[0][i]) *
+                       (corner >> 1 ? weight[1][i] : 1.0f - weight[1][i]) * map[i];
     }
     for (i = 0; i < t->count; i++) t->visible[i] = cohsm__lit_from_dark(dark[i]);
 }
+#endif
 
 /* Answers for a tile in steps; returns 0 if the samples are of a kind that is treated one by one. */
 static int cohsm__answer_in_steps(cohsm__tile *t, const cohsm__kernels *kernels)
@@ -61,6 +54,9 @@ static int cohsm__answer_in_steps(cohsm__tile *t, const cohsm__kernels *kernels)
     int shared = t->one_light && t->query->filter == COHSM_FILTER_NEAREST;
     size_t i;
 
+#ifdef COHSM_WITHOUT_SIMD
+    if (t->query->filter == COHSM_FILTER_PCF) return 0;
+#endif
     if (!shared && (t->light_kind != COHSM_LIGHT_DIRECTION || m->head.domain != COHSM_DOMAIN_LATLONG))
         return 0;
     for (i = t->count; i % COHSM__STEP; i++) {      /* the last step is filled up with points of no use */
@@ -72,9 +68,17 @@ static int cohsm__answer_in_steps(cohsm__tile *t, const cohsm__kernels *kernels)
         t->light[1][i] = t->light[1][0];
         t->light[2][i] = t->light[2][0];
     }
-    if (t->query->filter == COHSM_FILTER_PCF) cohsm__run_pcf(t, kernels);
-    else if (shared) cohsm__run_one_light(t, kernels);
-    else cohsm__run_corner(t, kernels, 0, NULL);
+#ifndef COHSM_WITHOUT_SIMD
+    if (t->query->filter == COHSM_FILTER_PCF) {
+        cohsm__run_pcf(t, kernels);
+        return 1;
+    }
+#endif
+    if (shared) cohsm__run_one_light(t, kernels);
+    else {
+        kernels->address(t);
+        kernels->search(t);
+    }
     return 1;
 }
 
