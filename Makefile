@@ -128,9 +128,10 @@ RENDERER := $(BUILD)/05_all_in_a_renderer
 ifeq ($(HAVE_EGL)$(HAVE_OSMESA)$(HAVE_GLFW),000)
 EXAMPLES := $(filter-out $(RENDERER),$(EXAMPLES))
 endif
-# A folder of tests for each library, and some that have none of their own. A fuzz target becomes two programs: one that
-# replays its seeds, and libFuzzer's.
-TESTS    := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/*/*_test.c))
+# A folder of tests for each library, and some that have none of their own; those that take longest come first, so that no
+# processor waits for them in the end. A fuzz target becomes two programs: one that replays its seeds, and libFuzzer's.
+LONGEST  := $(foreach t,viewer shadowfield_render bounce_render,$(wildcard tests/programs/$(t)_test.c))
+TESTS    := $(patsubst tests/%.c,$(BUILD)/tests/%,$(LONGEST) $(filter-out $(LONGEST),$(wildcard tests/*/*_test.c)))
 REPLAYS  := $(patsubst tests/%.c,$(BUILD)/tests/%,$(wildcard tests/*/fuzz_*.c))
 FUZZERS  := $(patsubst tests/%.c,build/fuzz/%,$(wildcard tests/*/fuzz_*.c))
 
@@ -156,6 +157,9 @@ $(OBJ)/examples/%.o: examples/%.cpp build/config.mk
 $(OBJ)/bench/%.o: bench/%.c build/config.mk
 	@mkdir -p $(@D)
 	$(call say,CC,$<)$(BASE_C) $(HAVE) -Iexamples/common -c $< -o $@
+$(OBJ)/bench/%.o: bench/%.cpp build/config.mk
+	@mkdir -p $(@D)
+	$(call say,CXX,$<)$(BASE_CXX) $(HAVE) -Iexamples/common -c $< -o $@
 
 # The commit that figures belong to and the version that programs print: "extern const char dapple_commit[];"
 $(OBJ)/commit.c: FORCE
@@ -191,6 +195,16 @@ $(eval $(call program,bench,bench))
 $(eval $(call program,gallery,examples/demo))
 $(BUILD)/bench: $(patsubst %,$(OBJ)/examples/render/%.o,ism_lamps ism_mesh ism_gl emitters ground settings)
 $(BUILD)/bench: $(OBJ)/examples/bake/primitives.o
+
+# Where TINYBVH names the folder of tiny_bvh.h, bench csm_query has a column of its rays.
+$(OBJ)/tinybvh.asked: FORCE
+	@mkdir -p $(@D)
+	@echo '$(TINYBVH)' | cmp -s - $@ || echo '$(TINYBVH)' > $@
+$(OBJ)/bench/rays.o $(OBJ)/bench/tinybvh.o: $(OBJ)/tinybvh.asked
+ifneq ($(TINYBVH),)
+$(OBJ)/bench/rays.o $(OBJ)/bench/tinybvh.o: HAVE += -DDAPPLE_TINYBVH
+$(OBJ)/bench/tinybvh.o: BASE_CXX = $(CXX) -std=c++20 -w -O3 -g -mavx2 -mfma -pthread -I. -I'$(TINYBVH)' $(CXXFLAGS) -MMD -MP
+endif
 
 # The minimal examples stand alone: one file and the header.
 $(filter-out $(RENDERER),$(EXAMPLES)): $(BUILD)/%: examples/%.c build/config.mk
@@ -281,7 +295,7 @@ bench: $(BUILD)/bench $(BUILD)/render $(BUILD)/compare
 	$(BUILD)/bench --list
 
 # docs/measured/performance.md, with every bench of bench/performance.txt: about half an hour of a quiet machine.
-performance: $(BUILD)/bench $(BUILD)/render $(BUILD)/compare
+performance: $(BUILD)/bench $(BUILD)/render $(BUILD)/compare $(BUILD)/bake
 	@BUILD=$(BUILD) sh bench/performance
 
 coverage:

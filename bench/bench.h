@@ -94,15 +94,27 @@ cohsm_result bn_scalar_open(bn_scalar *scalar, const void *block, size_t size, c
 cohsm_result bn_scalar_visible(const bn_scalar *scalar, const cohsm_query *query, float *visible);
 void         bn_scalar_free(bn_scalar *scalar);
 
-/* rays.c: Embree, or nothing where it is missing. */
-typedef enum bn_ray_mode { BN_RAY1, BN_RAY8, BN_RAY16, BN_RAY_STREAM, BN_RAY_MODES } bn_ray_mode;
+/* tinybvh.cpp: another library of rays, one at a time, where make has TINYBVH=FOLDER. */
+typedef struct bn_tinybvh bn_tinybvh;
+bn_tinybvh *bn_tinybvh_create(const bn_model *model);           /* NULL: out of memory */
+void        bn_tinybvh_free(bn_tinybvh *rays);
+const char *bn_tinybvh_version(void);
+/* lit[i] = 1 where nothing is in the way. */
+void        bn_tinybvh_trace(const bn_tinybvh *rays, const float *points, const float *directions, size_t count,
+                             float *lit);
+
+/* rays.c: Embree, or nothing where it is missing. Its own modes come before BN_RAY_MODES, tinybvh after. */
+typedef enum bn_ray_mode {
+    BN_RAY1, BN_RAY8, BN_RAY16, BN_RAY_STREAM, BN_RAY_MODES, BN_RAY_TINYBVH = BN_RAY_MODES
+} bn_ray_mode;
 typedef struct bn_rays bn_rays;
 
 bn_rays    *bn_rays_create(const bn_model *model, int threads);  /* NULL: not built in, or it failed */
 void        bn_rays_free(bn_rays *rays);
 const char *bn_rays_mode_name(bn_ray_mode mode);
 const char *bn_rays_version(void);
-/* lit[i] = 1 where nothing is in the way. 0: this Embree has no such mode. */
+const char *bn_rays_peer_version(void);     /* tinybvh's, NULL where it is not built in */
+/* lit[i] = 1 where nothing is in the way. 0: there is no such mode here. */
 int         bn_rays_trace(const bn_rays *rays, bn_ray_mode mode, int coherent, const float *points,
                           const float *directions, size_t count, float *lit);
 /* lit[i] = 1 where nothing lies between the two points. */

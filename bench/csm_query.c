@@ -264,12 +264,13 @@ static double speed(work *w, ex_pool *pool)
     return w->failed ? -1 : (double)w->rays->count / best * 1e-6;
 }
 
-typedef struct peer { double mrays[2]; const char *mode[2]; } peer;      /* by threads - 1 */
+/* By threads - 1. Of tinybvh, -1 where it is not built in. */
+typedef struct peer { double mrays[2]; const char *mode[2]; double tinybvh[2]; } peer;
 
 static void measure_peer(peer *p, const bn_rays *tracer, const rays *r, ex_pool *const pools[2], float *scratch)
 {
     for (int t = 0; t < 2; t++) {
-        p->mrays[t] = -1;
+        p->mrays[t] = p->tinybvh[t] = -1;
         p->mode[t] = NULL;
         for (int mode = 0; tracer && pools[t] && mode < BN_RAY_MODES; mode++) {
             work w = { r, tracer, (bn_ray_mode)mode, NULL, NULL, COHSM_FILTER_NEAREST, 0, 0, scratch, 0, NULL, NULL };
@@ -278,6 +279,10 @@ static void measure_peer(peer *p, const bn_rays *tracer, const rays *r, ex_pool 
                 p->mrays[t] = s;
                 p->mode[t] = bn_rays_mode_name((bn_ray_mode)mode);
             }
+        }
+        if (tracer && pools[t] && bn_rays_peer_version()) {
+            work w = { r, tracer, BN_RAY_TINYBVH, NULL, NULL, COHSM_FILTER_NEAREST, 0, 0, scratch, 0, NULL, NULL };
+            p->tinybvh[t] = speed(&w, pools[t]);
         }
     }
 }
@@ -438,6 +443,11 @@ static int print_row(const subject *s, const table *t, question q)
     print_errors(s, r);
     bn_text("embree_mode", p->mode[q.threads - 1]);
     bn_text("embree", bn_rays_version());
+    if (bn_rays_peer_version()) {
+        bn_text("tinybvh", bn_rays_peer_version());
+        bn_number("tinybvh_mrays_s", p->tinybvh[q.threads - 1]);
+        bn_number("tinybvh_ratio", mqueries / p->tinybvh[q.threads - 1]);
+    }
     bn_end(s->options);
     return 0;
 }

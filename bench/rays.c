@@ -1,4 +1,4 @@
-/* rays.c - Embree's occlusion rays in each of its modes. */
+/* rays.c - Embree's occlusion rays in each of its modes, and tinybvh's beside them. */
 #include "bench.h"
 
 #include <math.h>
@@ -7,7 +7,7 @@
 
 const char *bn_rays_mode_name(bn_ray_mode mode)
 {
-    static const char *const names[] = { "rtcOccluded1", "rtcOccluded8", "rtcOccluded16", "stream" };
+    static const char *const names[] = { "rtcOccluded1", "rtcOccluded8", "rtcOccluded16", "stream", "tinybvh" };
     return names[mode];
 }
 
@@ -19,9 +19,15 @@ const char *bn_rays_mode_name(bn_ray_mode mode)
 #include <embree3/rtcore.h>
 #endif
 
-struct bn_rays { RTCDevice device; RTCScene scene; };
+struct bn_rays { RTCDevice device; RTCScene scene; bn_tinybvh *peer; };
 
 const char *bn_rays_version(void) { return "Embree " RTC_VERSION_STRING; }
+
+#if defined(DAPPLE_TINYBVH)
+const char *bn_rays_peer_version(void) { return bn_tinybvh_version(); }
+#else
+const char *bn_rays_peer_version(void) { return NULL; }
+#endif
 
 bn_rays *bn_rays_create(const bn_model *model, int threads)
 {
@@ -48,6 +54,13 @@ bn_rays *bn_rays_create(const bn_model *model, int threads)
     rtcAttachGeometry(r->scene, geometry);
     rtcReleaseGeometry(geometry);
     rtcCommitScene(r->scene);
+#if defined(DAPPLE_TINYBVH)
+    r->peer = bn_tinybvh_create(model);
+    if (!r->peer) {
+        bn_rays_free(r);
+        return NULL;
+    }
+#endif
     return r;
 }
 
@@ -57,6 +70,9 @@ void bn_rays_free(bn_rays *r)
         return;
     rtcReleaseScene(r->scene);
     rtcReleaseDevice(r->device);
+#if defined(DAPPLE_TINYBVH)
+    bn_tinybvh_free(r->peer);
+#endif
     free(r);
 }
 
@@ -178,6 +194,9 @@ int bn_rays_trace(const bn_rays *r, bn_ray_mode mode, int coherent, const float 
 #if DAPPLE_EMBREE == 3
     case BN_RAY_STREAM: trace_stream(r, &a, points, directions, count, lit); return 1;
 #endif
+#if defined(DAPPLE_TINYBVH)
+    case BN_RAY_TINYBVH: bn_tinybvh_trace(r->peer, points, directions, count, lit); return 1;
+#endif
     default: return 0;
     }
 }
@@ -185,6 +204,7 @@ int bn_rays_trace(const bn_rays *r, bn_ray_mode mode, int coherent, const float 
 #else
 
 const char *bn_rays_version(void) { return NULL; }
+const char *bn_rays_peer_version(void) { return NULL; }
 void bn_rays_free(bn_rays *rays) { (void)rays; }
 
 bn_rays *bn_rays_create(const bn_model *model, int threads)
