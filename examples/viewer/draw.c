@@ -215,10 +215,22 @@ static int keep_texture(vw_draw *d, glbk_texture *texture, glbk_format format, u
     return glbk_texture_create(d->gl, &desc, texture) == GLBK_OK ? 0 : -1;
 }
 
-void vw_draw_picture(vw_draw *d, const vw_show *show, float ev)
+/* A row of pixels with four values each, as the texture has them. */
+static void put_row(float *to, const float *rgb, size_t count)
 {
-    const ex_image *image = &show->picture;
-    size_t pixels = (size_t)image->width * image->height;
+    for (size_t i = 0; i < count; i++) {
+        memcpy(to + 4 * i, rgb + 3 * i, 3 * sizeof *to);
+        to[4 * i + 3] = 1;
+    }
+}
+
+void vw_draw_picture(vw_draw *d, const vw_show *show, float scale, float split)
+{
+    const ex_image *image = &show->side[VW_TECHNIQUE].picture, *other = &show->side[VW_REFERENCE].picture;
+    const int is_split = show->side[VW_REFERENCE].frames && other->width == image->width &&
+                         other->height == image->height;
+    const size_t width = image->width, pixels = width * image->height;
+    const size_t left = is_split ? (size_t)(split * (float)width) : width;
     glbk_pass pass;
     float *grown;
     if (!pixels || keep_texture(d, &d->picture_texture, GLBK_FORMAT_COLOR, image->width, image->height) != 0)
@@ -227,14 +239,18 @@ void vw_draw_picture(vw_draw *d, const vw_show *show, float ev)
     if (!grown)
         return;
     d->texels = grown;
-    for (size_t i = 0; i < pixels; i++) {
-        memcpy(grown + 4 * i, image->rgb + 3 * i, 3 * sizeof *grown);
-        grown[4 * i + 3] = 1;
+    for (size_t y = 0; y < image->height; y++, grown += 4 * width) {
+        put_row(grown, image->rgb + 3 * width * y, left);
+        if (left < width)
+            put_row(grown + 4 * left, other->rgb + 3 * (width * y + left), width - left);
+        for (size_t x = left > 0 ? left - 1 : 0; is_split && x <= left && x < width; x++)
+            grown[4 * x] = grown[4 * x + 1] = grown[4 * x + 2] = 1 / scale;
     }
-    glbk_texture_update(d->gl, &d->picture_texture, &(glbk_box){ 0, 0, 0, 0, image->width, image->height, 1 }, grown);
+    glbk_texture_update(d->gl, &d->picture_texture, &(glbk_box){ 0, 0, 0, 0, image->width, image->height, 1 },
+                        d->texels);
     pass = window_pass(d, show);
     glbk_begin(d->gl, &pass, &d->picture);
-    d->gl->gl.Uniform1f(d->gl->gl.GetUniformLocation(d->picture.name, "scale"), ev);
+    d->gl->gl.Uniform1f(d->gl->gl.GetUniformLocation(d->picture.name, "scale"), scale);
     glbk_bind_texture(d->gl, GLBK_SLOT_glbk_source, &d->picture_texture);
     glbk_draw_screen(d->gl);
 }

@@ -41,6 +41,14 @@ static void start_coarse(vw_show *s)
             strcpy(s->changes[s->change_count++], start[i][1]);
 }
 
+void vw_choose(vw_show *s, const rd_technique *technique)
+{
+    s->technique = technique;
+    start_coarse(s);
+    s->samples = 0;
+    s->new_scene = s->keeps_orbit = 1; /* and perhaps another light where nothing is given */
+}
+
 /* The preview, then every technique that this build has. */
 static void step_technique(vw_show *s, int direction)
 {
@@ -53,10 +61,20 @@ static void step_technique(vw_show *s, int direction)
                 at = count;
             present[count++] = *all;
         }
-    s->technique = present[(at + direction + count) % count];
-    start_coarse(s);
-    s->samples = 0;
-    s->new_scene = s->keeps_orbit = 1; /* and perhaps another light where nothing is given */
+    vw_choose(s, present[(at + direction + count) % count]);
+}
+
+static void compare(viewer *v)
+{
+    vw_show *s = &v->show;
+    if (rd_reference.missing) {
+        snprintf(v->message, sizeof v->message, "the reference %s", rd_reference.missing);
+        return;
+    }
+    s->compares = !s->compares;
+    s->new_reference = 1;
+    if (!s->technique)
+        snprintf(v->message, sizeof v->message, "T: a technique to compare");
 }
 
 static void step_samples(vw_show *s, int direction)
@@ -127,6 +145,7 @@ void vw_key(viewer *v, int key, int is_shifted)
     case GLFW_KEY_P: v->has_panel = !v->has_panel; break;
     case GLFW_KEY_S: v->wants_shot = 1; break;
     case GLFW_KEY_F: v->wants_pfm = 1; break;
+    case GLFW_KEY_C: compare(v); break;
     case GLFW_KEY_G:
         v->show.use_gl = !v->show.use_gl;
         v->show.new_technique = v->show.new_view = 1;
@@ -184,6 +203,7 @@ static uint32_t put_help(vw_panel *panel, uint32_t y)
     static const char *const lines[] = {
         "left button    turn", "right button   move", "wheel          zoom", "up, down       choose a row",
         "left, right    change it", "T              next technique (shift: previous)",
+        "C              beside the path tracer; drag the line",
         "G              backend cpu or gl", "S              screenshot", "F              radiance as .pfm",
         "P              this panel", "H              help",
         "space          let time pass, or stop it",
@@ -194,20 +214,23 @@ static uint32_t put_help(vw_panel *panel, uint32_t y)
     return y;
 }
 
-static uint32_t put_rows(viewer *v, uint32_t y)
+/* The rows that fit above `bottom`, the selected one among them. */
+static uint32_t put_rows(viewer *v, uint32_t y, uint32_t bottom)
 {
     const vw_show *s = &v->show;
     const rd_technique *t = s->technique;
+    const int fit = bottom > y + VW_LINE_HEIGHT ? (int)((bottom - y) / VW_LINE_HEIGHT) : 1;
+    const int first = v->selected < fit ? 0 : v->selected - fit + 1;
     char text[200];
     const rd_key *key;
-#define ROW(row, ...) (snprintf(text, sizeof text, __VA_ARGS__), \
-                       y = vw_panel_text(&v->panel, 8, y, text, v->selected == (row)))
+#define ROW(row, ...) (snprintf(text, sizeof text, __VA_ARGS__), y = (row) < first || (row) >= first + fit ? y : \
+                       vw_panel_text(&v->panel, 8, y, text, v->selected == (row)))
     ROW(VW_ROW_TECHNIQUE, "technique  %s%s", t ? t->name : "preview",
         t && s->use_gl && rd_technique_has_gl(t) ? " on gl" : "");
     ROW(VW_ROW_SCENE, "scene      %.40s", short_name(s->scene));
     ROW(VW_ROW_SKY, "sky        %.40s", s->sky[0] ? short_name(s->sky) : "the scene's own light");
-    if (t && t->most_samples && s->args.technique == t)
-        ROW(VW_ROW_SAMPLES, "samples    %u a frame", (unsigned)s->args.samples);
+    if (t && t->most_samples && s->side[VW_TECHNIQUE].args.technique == t)
+        ROW(VW_ROW_SAMPLES, "samples    %u a frame", (unsigned)s->side[VW_TECHNIQUE].args.samples);
     else
         ROW(VW_ROW_SAMPLES, "samples    none");
     ROW(VW_ROW_EXPOSURE, "exposure   %+.2f", (double)(v->ev + v->ev_automatic));
@@ -217,21 +240,40 @@ static uint32_t put_rows(viewer *v, uint32_t y)
     return y;
 }
 
-void vw_lines(viewer *v)
+/* Times of both sides, and how far they are apart. */
+static void put_figures(viewer *v, uint32_t y)
 {
     const vw_show *s = &v->show;
-    char text[300];
+    const vw_side *technique = &s->side[VW_TECHNIQUE], *reference = &s->side[VW_REFERENCE];
+    double error, mean;
+    char text[200];
+    if (s->technique && technique->frames) {
+        snprintf(text, sizeof text, "build %.0f ms, g-buffer %.0f ms, frame %.0f ms, %u frames", technique->open_ms,
+                 s->gbuffer_ms, technique->frame_ms, (unsigned)technique->frames);
+        y = vw_panel_text(&v->panel, 8, y, text, 0);
+    }
+    if (vw_show_error(s, &error, &mean)) {
+        snprintf(text, sizeof text, "right of the line: %u paths a pixel in %.1f s", (unsigned)reference->frames,
+                 reference->spent);
+        y = vw_panel_text(&v->panel, 8, y, text, 0);
+        snprintf(text, sizeof text, "relative rmse %.3f, mean %.3f of it", error, mean);
+        y = vw_panel_text(&v->panel, 8, y, text, 0);
+    }
+    if (!v->has_help)
+        vw_panel_text(&v->panel, 8, y, "H: help, P: without text", 0);
+}
+
+void vw_lines(viewer *v)
+{
+    enum { FIGURES = 4, SAID = 2 };    /* lines at the bottom, and above them what is going on or wrong */
+    const vw_show *s = &v->show;
+    const uint32_t height = s->height, own = FIGURES * VW_LINE_HEIGHT + 8, said = SAID * VW_LINE_HEIGHT;
+    const uint32_t bottom = height > 2 * (own + said) ? height - own : height;
     uint32_t y = 8;
     vw_panel_clear(&v->panel);
     if (v->has_panel) {
-        y = put_rows(v, y) + 8;
-        if (s->technique && s->frames) {
-            snprintf(text, sizeof text, "build %.0f ms, g-buffer %.0f ms, frame %.0f ms, %u frames", s->open_ms,
-                     s->gbuffer_ms, s->frame_ms, (unsigned)s->frames);
-            y = vw_panel_text(&v->panel, 8, y, text, 0);
-        }
-        if (!v->has_help)
-            y = vw_panel_text(&v->panel, 8, y, "H: help", 0);
+        y = put_rows(v, y, v->has_help ? height / 3 : bottom - said) + 8;
+        put_figures(v, bottom < height ? bottom : y);
     }
     if (v->has_help)
         y = put_help(&v->panel, y + 8);

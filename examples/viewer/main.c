@@ -19,7 +19,7 @@ typedef struct program {
     vw_draw      *draw;
     GLFWwindow   *window;
     double        x, y, last_move;     /* of the mouse; seconds */
-    int           was_turned;
+    int           was_turned, drags_line;
 } program;
 
 /* ---- what the window tells ---- */
@@ -30,6 +30,23 @@ static void on_key(GLFWwindow *window, int key, int code, int action, int mods)
     (void)code;
     if (action != GLFW_RELEASE)
         vw_key(&p->v, key, (mods & GLFW_MOD_SHIFT) != 0);
+}
+
+/* Is the mouse at the line between technique and reference? */
+static int is_at_line(const program *p)
+{
+    const vw_show *s = &p->v.show;
+    int width, height;
+    glfwGetWindowSize(p->window, &width, &height);     /* the mouse's pixels, which may be larger than the picture's */
+    return s->compares && s->side[VW_REFERENCE].frames && fabs(p->x - (double)p->v.split * width) < 8;
+}
+
+static void on_button(GLFWwindow *window, int button, int action, int mods)
+{
+    program *p = glfwGetWindowUserPointer(window);
+    (void)mods;
+    if (button == GLFW_MOUSE_BUTTON_LEFT)
+        p->drags_line = action == GLFW_PRESS && is_at_line(p);
 }
 
 static void turned(program *p)
@@ -46,6 +63,13 @@ static void on_move(GLFWwindow *window, double x, double y)
     int left = glfwGetMouseButton(window, GLFW_MOUSE_BUTTON_LEFT) == GLFW_PRESS;
     p->x = x;
     p->y = y;
+    if (p->drags_line) {
+        int width, rows;
+        glfwGetWindowSize(window, &width, &rows);
+        p->v.split = fminf(fmaxf((float)(x / width), 0), 1);
+        p->v.is_dirty = 1;
+        return;
+    }
     if (left)
         vw_orbit_turn(&p->v.show.orbit, 4 * dx / height, 4 * dy / height);
     else if (glfwGetMouseButton(window, GLFW_MOUSE_BUTTON_RIGHT) == GLFW_PRESS)
@@ -77,7 +101,7 @@ static void on_size(GLFWwindow *window, int width, int height)
         return;
     p->v.show.width = (uint32_t)width;
     p->v.show.height = (uint32_t)height;
-    p->v.show.new_technique = p->v.show.new_view = p->v.is_dirty = 1;
+    p->v.show.new_technique = p->v.show.new_reference = p->v.show.new_view = p->v.is_dirty = 1;
 }
 
 static void on_refresh(GLFWwindow *window) { ((program *)glfwGetWindowUserPointer(window))->v.is_dirty = 1; }
@@ -88,12 +112,13 @@ static void on_refresh(GLFWwindow *window) { ((program *)glfwGetWindowUserPointe
 static void draw(program *p)
 {
     vw_show *s = &p->v.show;
-    int has_picture = s->technique && s->frames && !s->new_view && s->picture.width == s->width &&
-                      s->picture.height == s->height;
-    if (has_picture && s->frames == 1 && s->moves == 0)         /* a film keeps its exposure */
-        p->v.ev_automatic = ex_image_auto_ev(&s->picture);
+    const vw_side *side = &s->side[VW_TECHNIQUE];
+    int has_picture = s->technique && side->frames && !s->new_view && side->picture.width == s->width &&
+                      side->picture.height == s->height;
+    if (has_picture && side->frames == 1 && s->moves == 0)      /* a film keeps its exposure */
+        p->v.ev_automatic = ex_image_auto_ev(&side->picture);
     if (has_picture)
-        vw_draw_picture(p->draw, s, exp2f(p->v.ev + p->v.ev_automatic));
+        vw_draw_picture(p->draw, s, exp2f(p->v.ev + p->v.ev_automatic), p->v.split);
     else
         vw_draw_preview(p->draw, s);
     if (vw_panel_size(&p->v.panel, s->width, s->height) == 0) {
@@ -107,11 +132,12 @@ static void shoot(program *p)
     vw_show *s = &p->v.show;
     char name[64], error[EX_ERROR_SIZE] = "out of memory";
     unsigned char *rgb;
+    double rmse, mean;
     int result = -1;
     snprintf(name, sizeof name, "viewer-%03d.%s", p->v.shots + 1, p->v.wants_pfm ? "pfm" : "png");
     if (p->v.wants_pfm) {
-        if (s->frames)
-            result = ex_image_write(&s->picture, name, 0, error);
+        if (s->side[VW_TECHNIQUE].frames)
+            result = ex_image_write(&s->side[VW_TECHNIQUE].picture, name, 0, error);
         else
             snprintf(error, sizeof error, "there is no picture of a technique yet");
     } else {
@@ -121,8 +147,11 @@ static void shoot(program *p)
         free(rgb);
     }
     p->v.shots += result == 0;
-    if (result == 0)
-        snprintf(p->v.message, sizeof p->v.message, "%s, %u frames", name, (unsigned)s->frames);
+    if (result == 0 && vw_show_error(s, &rmse, &mean))
+        snprintf(p->v.message, sizeof p->v.message, "%s, %u frames, relative rmse %.4f, mean %.4f of %u paths", name,
+                 (unsigned)s->side[VW_TECHNIQUE].frames, rmse, mean, (unsigned)s->side[VW_REFERENCE].frames);
+    else if (result == 0)
+        snprintf(p->v.message, sizeof p->v.message, "%s, %u frames", name, (unsigned)s->side[VW_TECHNIQUE].frames);
     else
         snprintf(p->v.message, sizeof p->v.message, "%s", error);
     printf("%s\n", p->v.message);
@@ -183,6 +212,7 @@ static int start(program *p, int width, int height, char *error)
     glfwSetWindowUserPointer(p->window, p);
     glfwSetKeyCallback(p->window, on_key);
     glfwSetCursorPosCallback(p->window, on_move);
+    glfwSetMouseButtonCallback(p->window, on_button);
     glfwSetScrollCallback(p->window, on_scroll);
     glfwSetDropCallback(p->window, on_drop);
     glfwSetFramebufferSizeCallback(p->window, on_size);
@@ -197,7 +227,7 @@ static int start(program *p, int width, int height, char *error)
 int main(int count, char **values)
 {
     static program p;
-    const char *scene = "builtin:knot";
+    const char *scene = NULL;
     char error[EX_ERROR_SIZE] = "";
     int status = 1, width = 960, height = 600, at = 1;
     if (count == 2 && strcmp(values[1], "--version") == 0)
@@ -210,15 +240,25 @@ int main(int count, char **values)
     }
     if (at < count)
         scene = values[at++];
-    if (at < count || scene[0] == '-' || strlen(scene) >= sizeof p.v.show.scene || width < 16 || height < 16) {
-        int asked = count == 2 && strcmp(scene, "--help") == 0;
+    if (at < count || (scene && (scene[0] == '-' || strlen(scene) >= sizeof p.v.show.scene)) || width < 16 ||
+        height < 16) {
+        int asked = count == 2 && scene && strcmp(scene, "--help") == 0;
         fputs("usage: viewer [--size WxH] [--figure FILE[@x,y,z]] [FILE.glb | FILE.gltf | builtin:NAME]"
-              " | --help | --version      H in the window lists the keys\n",
+              " | --help | --version      H in the window lists the keys
+",
               asked ? stdout : stderr);
         return asked ? 0 : 2;
     }
-    strcpy(p.v.show.scene, scene);
+    if (scene) {
+        strcpy(p.v.show.scene, scene);
+    } else {                           /* something to look at: sun that bounces, beside the path tracer */
+        strcpy(p.v.show.scene, "builtin:atrium");
+        vw_choose(&p.v.show, &rd_ism);
+        p.v.show.compares = !rd_reference.missing;
+    }
+    p.v.show.keeps_orbit = 0;
     p.v.show.new_scene = 1;
+    p.v.split = 0.75f;
     p.v.has_panel = 1;
     if (start(&p, width, height, error) == 0) {
         run(&p);

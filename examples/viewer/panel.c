@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SCALE = 2, STEP = (VW_GLYPH_WIDTH + 1) * SCALE, LINE = (VW_GLYPH_HEIGHT + 3) * SCALE };
+enum { SCALE = 2, STEP = (VW_GLYPH_WIDTH + 1) * SCALE };
 
 int vw_panel_size(vw_panel *panel, uint32_t width, uint32_t height)
 {
@@ -34,7 +34,7 @@ uint32_t vw_panel_text(vw_panel *panel, uint32_t x, uint32_t y, const char *text
     static const unsigned char strip[2][4] = { { 0, 0, 0, 150 }, { 40, 80, 160, 220 } },
                                ink[4] = { 255, 255, 255, 255 };
     uint32_t length = (uint32_t)strlen(text);
-    fill(panel, x, y, length * STEP + 2 * SCALE, LINE, strip[is_selected != 0]);
+    fill(panel, x, y, length * STEP + 2 * SCALE, VW_LINE_HEIGHT, strip[is_selected != 0]);
     for (uint32_t c = 0; c < length; c++) {
         const char *glyph = ex_glyph(text[c]);
         for (uint32_t i = 0; i < VW_GLYPH_WIDTH * VW_GLYPH_HEIGHT; i++)
@@ -42,5 +42,5 @@ uint32_t vw_panel_text(vw_panel *panel, uint32_t x, uint32_t y, const char *text
                 fill(panel, x + 2 * SCALE + c * STEP + i % VW_GLYPH_WIDTH * SCALE,
                      y + SCALE + i / VW_GLYPH_WIDTH * SCALE, SCALE, SCALE, ink);
     }
-    return y + LINE;
+    return y + VW_LINE_HEIGHT;
 }

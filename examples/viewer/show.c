@@ -16,12 +16,40 @@ static uint32_t samples_of(const vw_show *s)
     return samples > t->most_samples ? t->most_samples : samples;
 }
 
-/* The preview needs lights and a camera as well: any technique stands in for it. */
-static int parse(vw_show *s)
+/* Says whether key=value is a setting of every technique. */
+static int is_common(const char *change)
 {
-    const rd_technique *technique = s->technique ? s->technique : &rd_csm;
-    char size[32], samples[16];
-    char *values[16 + 2 * VW_MAX_CHANGES];
+    for (const rd_key *key = rd_common_keys; key->name; key++) {
+        size_t length = strlen(key->name);
+        if (strncmp(change, key->name, length) == 0 && change[length] == '=')
+            return 1;
+    }
+    return 0;
+}
+
+/* The reference has the technique's part of the light: its bounces, or none. */
+static int reference_settings(const vw_show *s, char text[2][32])
+{
+    const rd_key *key;
+    int count = 0, bounces = s->technique == &rd_rsm;
+    for (int i = 0; (key = vw_show_key(s, i)) != NULL; i++) {
+        if (strcmp(key->name, "bounces") == 0)
+            bounces = atoi(vw_show_value(s, key));
+        if (strcmp(key->name, "only") == 0)
+            snprintf(text[count++], 32, "only=%.20s", vw_show_value(s, key));
+    }
+    snprintf(text[count++], 32, "bounces=%d", bounces);
+    return count;
+}
+
+/* Arguments of render for a technique, or for the reference of what is shown. The preview needs lights and a camera as
+   well: any technique stands in for it. */
+static int parse(vw_show *s, const rd_technique *wanted, rd_args *args)
+{
+    const rd_technique *technique = wanted ? wanted : &rd_csm;
+    const int is_reference = wanted == &rd_reference && s->technique != wanted;
+    char size[32], samples[16], own[2][32];
+    char *values[24 + 2 * VW_MAX_CHANGES];
     union { const char *in; char *out; } text;
     int count = 1;
     const char *fixed[] = { "--technique", technique->name, "--scene", s->scene, "--out", "x.png", "--size", size };
@@ -38,41 +66,47 @@ static int parse(vw_show *s)
         PUT("--figure");
         PUT(s->figure);
     }
-    if (s->technique && technique->most_samples) {
-        snprintf(samples, sizeof samples, "%u", (unsigned)samples_of(s));
+    if (wanted && technique->most_samples) {
+        snprintf(samples, sizeof samples, "%u", is_reference ? 1u : (unsigned)samples_of(s));
         PUT("--samples");
         PUT(samples);
     }
-    for (int i = 0; i < s->change_count; i++) {
+    for (int i = 0; i < s->change_count; i++)
+        if (!is_reference || is_common(s->changes[i])) {
+            PUT("--set");
+            PUT(s->changes[i]);
+        }
+    for (int i = is_reference ? reference_settings(s, own) : 0; i--;) {
         PUT("--set");
-        PUT(s->changes[i]);
+        PUT(own[i]);
     }
 #undef PUT
-    rd_args_free(&s->args);
-    return rd_args_parse(&s->args, count, values, s->error);
+    rd_args_free(args);
+    return rd_args_parse(args, count, values, s->error);
 }
 
 /* ---- steps ---- */
 
-static void close_technique(vw_show *s)
+static void close_side(vw_side *side)
 {
-    if (s->is_open && s->args.technique->close)
-        s->args.technique->close(s->state);
-    s->state = NULL;
-    s->is_open = 0;
+    if (side->is_open && side->args.technique->close)
+        side->args.technique->close(side->state);
+    side->state = NULL;
+    side->is_open = 0;
 }
 
-static void fill_job(vw_show *s)
+static void fill_job(vw_show *s, vw_side *side)
 {
-    rd_job *job = &s->job;
+    rd_job *job = &side->job;
+    *job = s->job;
     job->scene = &s->loaded;
     job->gbuffer = &s->gbuffer;
-    job->settings = &s->args.settings;
+    job->settings = &side->args.settings;
     job->baked = NULL;
     job->aa = 1;
-    job->samples = s->args.samples;
+    job->samples = side->args.samples;
     job->frames = VW_MAX_FRAMES;
-    job->gl = s->use_gl && rd_technique_has_gl(s->args.technique) ? s->gl : NULL;
+    job->gl = s->use_gl && rd_technique_has_gl(side->args.technique) ? s->gl : NULL;
 }
 
 static int fail(vw_show *s, const char *text)
@@ -97,9 +131,11 @@ static int load(vw_show *s)
     rd_emitter *emitters = NULL;
     rd_job job = s->job;
     uint32_t time = s->keeps_orbit ? s->time : 0;
-    close_technique(s);
+    for (int i = 0; i < VW_SIDES; i++)
+        close_side(&s->side[i]);
     memset(&fresh, 0, sizeof fresh);
-    if (parse(s) != 0 || rd_setup(&fresh, &job, &emitters, &s->args, (float)time / 30.0f, s->error) != 0)
+    if (parse(s, s->technique, &s->args) != 0 ||
+        rd_setup(&fresh, &job, &emitters, &s->args, (float)time / 30.0f, s->error) != 0)
         return take_back(s);
     s->time = time;
     memcpy(s->loaded_scene, s->scene, sizeof s->scene);
@@ -115,30 +151,39 @@ static int load(vw_show *s)
     if (!s->keeps_orbit)
         s->orbit = s->home;
     s->keeps_orbit = 0;
-    s->new_technique = s->new_view = 1;
+    s->new_technique = s->new_reference = s->new_view = 1;
     return 0;
 }
 
-static int open_technique(vw_show *s)
+static int open_side(vw_show *s, vw_side *side, const rd_technique *technique)
 {
     double start = ex_seconds();
-    close_technique(s);
-    if (parse(s) != 0)
-        return -1;
-    s->frames = 0;
-    if (!s->technique)
+    close_side(side);
+    side->frames = 0;
+    side->spent = 0;
+    if (!technique)
         return 0;
+    if (parse(s, technique, &side->args) != 0)
+        return -1;
     if (!s->job.pool)
         s->job.pool = ex_pool_create(0);
     if (!s->job.pool)
         return fail(s, "out of memory");
     s->job.threads = ex_pool_threads(s->job.pool);
-    fill_job(s);
-    if (s->technique->open(&s->state, &s->job, s->error) != 0)
+    fill_job(s, side);
+    if (technique->open(&side->state, &side->job, s->error) != 0)
         return -1;
-    s->is_open = 1;
-    s->open_ms = 1000 * (ex_seconds() - start);
+    side->is_open = 1;
+    side->open_ms = 1000 * (ex_seconds() - start);
     return 0;
+}
+
+static int open_technique(vw_show *s) { return open_side(s, &s->side[VW_TECHNIQUE], s->technique); }
+
+static int open_reference(vw_show *s)
+{
+    const int is_wanted = s->compares && s->technique && s->technique != &rd_reference;
+    return open_side(s, &s->side[VW_REFERENCE], is_wanted ? &rd_reference : NULL);
 }
 
 static int look(vw_show *s)
@@ -147,36 +192,59 @@ static int look(vw_show *s)
     s->loaded.camera = s->home_camera;
     if (memcmp(&s->orbit, &s->home, sizeof s->orbit) != 0)
         vw_orbit_to(&s->orbit, &s->loaded.camera);
-    s->frames = 0;
+    for (int i = 0; i < VW_SIDES; i++)
+        s->side[i].frames = 0, s->side[i].spent = 0;
     if (!s->technique)
         return 0;
     ex_gbuffer_free(&s->gbuffer);
     if (ex_gbuffer_render(&s->gbuffer, &s->loaded, s->width, s->height, 1, 0, s->error) != 0)
         return -1;
-    if (s->frame.width != s->width || s->frame.height != s->height) {
-        ex_image_free(&s->frame);
-        ex_image_free(&s->picture);
-        if (ex_image_alloc(&s->frame, s->width, s->height) != 0 ||
-            ex_image_alloc(&s->picture, s->width, s->height) != 0)
+    for (int i = 0; i < VW_SIDES; i++) {
+        vw_side *side = &s->side[i];
+        if (side->frame.width == s->width && side->frame.height == s->height)
+            continue;
+        ex_image_free(&side->frame);
+        ex_image_free(&side->picture);
+        if (ex_image_alloc(&side->frame, s->width, s->height) != 0 ||
+            ex_image_alloc(&side->picture, s->width, s->height) != 0)
             return fail(s, "out of memory");
     }
     s->gbuffer_ms = 1000 * (ex_seconds() - start);
     return 0;
 }
 
-static int next_frame(vw_show *s)
+static int next_frame(vw_show *s, vw_side *side)
 {
     size_t values = 3 * (size_t)s->width * s->height;
     double start = ex_seconds();
-    s->job.frame = s->job.seed = s->frames;
-    memset(s->frame.rgb, 0, values * sizeof *s->frame.rgb);
-    if (s->technique->frame(s->state, &s->job, &s->frame, s->error) != 0)
+    if (side->frames == 0)
+        memset(side->picture.rgb, 0, values * sizeof *side->picture.rgb);
+    side->job.frame = side->job.seed = side->frames;
+    memset(side->frame.rgb, 0, values * sizeof *side->frame.rgb);
+    if (side->args.technique->frame(side->state, &side->job, &side->frame, s->error) != 0)
         return -1;
-    s->frames++;
+    side->frames++;
     for (size_t i = 0; i < values; i++)
-        s->picture.rgb[i] += (s->frame.rgb[i] - s->picture.rgb[i]) / (float)s->frames;
-    s->frame_ms = 1000 * (ex_seconds() - start);
+        side->picture.rgb[i] += (side->frame.rgb[i] - side->picture.rgb[i]) / (float)side->frames;
+    side->frame_ms = 1000 * (ex_seconds() - start);
+    side->spent += ex_seconds() - start;
     return 0;
+}
+
+/* One side follows the time. */
+static int follow(vw_show *s, int i)
+{
+    vw_side *side = &s->side[i];
+    if (side->is_open && side->args.technique->update) {
+        fill_job(s, side);
+        if (side->args.technique->update(side->state, &side->job, s->error) == 0)
+            return next_frame(s, side);
+        close_side(side);
+        return -1;
+    }
+    if ((i == VW_TECHNIQUE ? open_technique(s) : open_reference(s)) != 0)
+        return -1;
+    return side->is_open ? next_frame(s, side) : 0;
 }
 
 /* The next thirtieth of a second: what render does between two frames, and the frame. */
@@ -195,43 +263,67 @@ static int move_on(vw_show *s)
     s->loads += (unsigned)deforms;     /* other vertices for the preview */
     if (look(s) != 0 || !s->technique)
         return s->error[0] ? -1 : 0;
-    if (!s->technique->update) {
-        if (open_technique(s) != 0)
-            return -1;
-    } else if (s->technique->update(s->state, &s->job, s->error) != 0) {
-        close_technique(s);
-        return -1;
-    }
-    memset(s->picture.rgb, 0, 3 * (size_t)s->width * s->height * sizeof *s->picture.rgb);
-    return next_frame(s);
+    return follow(s, VW_TECHNIQUE) != 0 || (s->compares && follow(s, VW_REFERENCE) != 0) ? -1 : 0;
+}
+
+static int goes_on(const vw_side *side)
+{
+    return side->is_open && side->frames < (side->args.technique->averages ? (uint32_t)VW_MAX_FRAMES : 1u);
+}
+
+/* Whose frame is next: both sides take the same time, the technique's first; NULL where all is done. */
+static vw_side *next_side(vw_show *s)
+{
+    vw_side *technique = &s->side[VW_TECHNIQUE], *reference = &s->side[VW_REFERENCE];
+    if (goes_on(reference) && (!goes_on(technique) || (technique->frames && reference->spent < technique->spent)))
+        return reference;
+    return goes_on(technique) ? technique : NULL;
 }
 
 /* One wish is fulfilled a step. A wish that fails is forgotten: the error stands until the next one. */
 int vw_show_step(vw_show *s)
 {
-    int *wishes[] = { &s->new_scene, &s->new_technique, &s->new_view };
-    int (*const steps[])(vw_show *) = { load, open_technique, look };
-    for (int i = 0; i < 3; i++) {
+    /* Techniques are opened with the G-buffer that they will shade, as in render: they take its size. */
+    int *wishes[] = { &s->new_scene, &s->new_view, &s->new_technique, &s->new_reference };
+    int (*const steps[])(vw_show *) = { load, look, open_technique, open_reference };
+    vw_side *side;
+    for (int i = 0; i < 4; i++) {
         if (!*wishes[i])
             continue;
         *wishes[i] = 0;
         s->error[0] = 0;
         s->moves = 0;
         if (steps[i](s) != 0)
-            s->new_scene = s->new_technique = s->new_view = 0;
+            s->new_scene = s->new_technique = s->new_reference = s->new_view = 0;
         return 1;
     }
-    if (s->plays && s->loaded.animated && !s->error[0] && (!s->technique || s->frames)) {
+    if (s->plays && s->loaded.animated && !s->error[0] && (!s->technique || s->side[VW_TECHNIQUE].frames)) {
         s->plays = move_on(s) == 0;
         return 1;
     }
-    if (s->error[0] || !s->technique || s->frames >= (s->technique->averages ? (uint32_t)VW_MAX_FRAMES : 1u))
+    side = s->error[0] || !s->technique ? NULL : next_side(s);
+    if (side)
+        next_frame(s, side);
+    return side != NULL;
+}
+
+int vw_show_error(const vw_show *s, double *relative_rmse, double *mean_ratio)
+{
+    const vw_side *a = &s->side[VW_TECHNIQUE], *b = &s->side[VW_REFERENCE];
+    size_t values = 3 * (size_t)a->picture.width * a->picture.height;
+    double squares = 0, sum[2] = { 0, 0 };
+    if (!s->technique || !a->frames || !b->frames || !b->is_open)
         return 0;
-    if (!s->is_open)
+    for (size_t i = 0; i < values; i++) {
+        const double x = (double)a->picture.rgb[i], y = (double)b->picture.rgb[i];
+        squares += (x - y) * (x - y);
+        sum[0] += x;
+        sum[1] += y;
+    }
+    if (!(sum[1] > 0))
         return 0;
-    if (s->frames == 0)
-        memset(s->picture.rgb, 0, 3 * (size_t)s->width * s->height * sizeof *s->picture.rgb);
-    next_frame(s);
+    *relative_rmse = sqrt(squares / (double)values) / (sum[1] / (double)values);
+    *mean_ratio = sum[0] / sum[1];
     return 1;
 }
 
@@ -239,10 +331,14 @@ int vw_show_will_build(const vw_show *s) { return s->new_scene || (s->new_techni
 
 void vw_show_free(vw_show *s)
 {
-    close_technique(s);
+    for (int i = 0; i < VW_SIDES; i++) {
+        vw_side *side = &s->side[i];
+        close_side(side);
+        ex_image_free(&side->frame);
+        ex_image_free(&side->picture);
+        rd_args_free(&side->args);
+    }
     ex_pool_free(s->job.pool);
-    ex_image_free(&s->frame);
-    ex_image_free(&s->picture);
     ex_gbuffer_free(&s->gbuffer);
     ex_scene_free(&s->loaded);
     free(s->emitters);
@@ -328,7 +424,7 @@ static void next_number(const rd_key *key, const char *value, int direction, cha
 void vw_show_change(vw_show *s, const rd_key *key, int direction)
 {
     char value[64];
-    int at = find_change(s, key->name), is_common = 0;
+    int at = find_change(s, key->name);
     if (at == VW_MAX_CHANGES)
         return;
     if (key->kind == RD_WORD)
@@ -337,10 +433,8 @@ void vw_show_change(vw_show *s, const rd_key *key, int direction)
         next_number(key, vw_show_value(s, key), direction, value, sizeof value);
     snprintf(s->changes[at], sizeof s->changes[at], "%s=%s", key->name, value);
     s->change_count += at == s->change_count;
-    for (const rd_key *k = rd_common_keys; k->name; k++)
-        is_common = is_common || k == key;
-    if (is_common)
+    if (is_common(s->changes[at]))
         s->new_scene = s->keeps_orbit = 1;
     else
-        s->new_technique = 1;
+        s->new_technique = s->new_reference = 1;
 }

@@ -23,6 +23,10 @@ enum { HAS_X11 = 1 };
 enum { HAS_X11 = 0 };
 #endif
 
+#if DAPPLE_HAVE_STB
+#include <stb/stb_image.h>
+#endif
+
 static const char *self;       /* this program, which drops files when the script calls it */
 static char folder[] = "/tmp/dapple-viewer-XXXXXX";
 
@@ -222,6 +226,71 @@ static void shows_what_render_writes(void **state)
     assert_int_equal(system(command), 0);
     assert_true(relative_rmse("viewer-001.pfm", "render.pfm") < 1e-3);
     assert_false(same_file("viewer-002.png", "viewer-003.png"));
+}
+
+/* Where a line stands that is white from top to bottom: its left column, or -1. */
+static int white_line(const char *name)
+{
+    int at = -1;
+#if DAPPLE_HAVE_STB
+    char path[256];
+    int width, height, x, y, channels;
+    unsigned char *rgb;
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    rgb = stbi_load(path, &width, &height, &channels, 3);
+    assert_non_null(rgb);
+    for (x = width - 1; x >= 0; x--) {
+        for (y = 0; y < height && rgb[3 * (y * width + x)] >= 254 && rgb[3 * (y * width + x) + 2] >= 254;) y++;
+        if (y == height) at = x;
+    }
+    stbi_image_free(rgb);
+#else
+    (void)name;
+#endif
+    return at;
+}
+
+/* What a line of out says of a screenshot beside the path tracer. */
+typedef struct beside { char name[16]; double rmse, mean; unsigned paths; } beside;
+
+static int read_beside(const char *text, beside *all, int most)
+{
+    int count = 0;
+    unsigned frames;
+    for (; text && count < most; text = strchr(text, '\n'), text += text != NULL)
+        count += sscanf(text, "%15[^,], %u frames, relative rmse %lf, mean %lf of %u paths", all[count].name, &frames,
+                        &all[count].rmse, &all[count].mean, &all[count].paths) == 5;
+    return count;
+}
+
+/* The technique lies left of the line, which the mouse drags, and the path tracer of its light right of it; the more
+   paths, the nearer, and the mean is the same. */
+static void reference_is_beside_the_line(void **state)
+{
+    char text[4000];
+    beside all[40], *first = all, *last;
+    int count;
+    (void)state;
+    need();
+    if (!DAPPLE_EMBREE || !DAPPLE_HAVE_STB) {
+        printf("skip: needs Embree and stb\n");
+        skip();
+    }
+    run_viewer("--size 160x120 builtin:cornell", "key p\nkey t\nkey c\ni=0\n"
+               "while ! grep -q ' paths' out && [ $i -lt 100 ]; do sleep 0.3; shot s; i=$((i+1)); done\n"
+               "sleep 3\nshot s\n"
+               "xdotool mousemove --window $window 120 60\n"
+               "xdotool mousedown 1 mousemove_relative -- -40 0 mousemove_relative -- -40 0 mouseup 1\n"
+               "sleep 0.5\nshot s\n");
+    text[read_file("out", (unsigned char *)text, sizeof text - 1)] = 0;
+    count = read_beside(text, all, 40);
+    if (count < 3) fail_msg("out: %s", text);
+    last = &all[count - 1];
+    assert_in_range(white_line(all[count - 2].name), 118, 120);
+    assert_in_range(white_line(last->name), 38, 40);
+    if (!(fabs(last->mean - 1) < 0.03) || !(last->rmse < first->rmse) || !(last->paths > first->paths))
+        fail_msg("first rmse %.4f of %u paths, last %.4f of %u, mean %.4f", first->rmse, first->paths, last->rmse,
+                 last->paths, last->mean);
 }
 
 /* The floor is lit far away and dark under the torus on the side that the light does not come from. */
@@ -593,6 +662,7 @@ int main(int count, char **values)
         cmocka_unit_test(space_plays_and_pauses),
         cmocka_unit_test(a_file_that_walks_plays_and_pauses),
         cmocka_unit_test(shows_what_render_writes),
+        cmocka_unit_test(reference_is_beside_the_line),
         cmocka_unit_test(dropped_files_are_shown),
         cmocka_unit_test(minimal_example_draws),
         cmocka_unit_test(occlusion_example_answers_as_the_cpu),
