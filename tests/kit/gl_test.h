@@ -31,7 +31,9 @@
 enum {
     GL_CORE45 = 1, GL_CORE33 = 2, GL_ES30 = 4, GL_OSMESA = 8, GL_SOFTPIPE = 16, GL_GLFW = 32,
     GL_ES30_BARE = 64, GL_ES32 = 128, GL_WEBGL2 = 256,
-    GL_USUAL = GL_CORE45 | GL_CORE33 | GL_ES30 | GL_ES30_BARE, GL_ALL = 255
+    /* ES 3.0 with its extensions for floats differs from 3.3 in the first lines of shaders alone, which browsers run,
+       too; without them it takes other formats. */
+    GL_USUAL = GL_CORE45 | GL_CORE33 | GL_ES30_BARE, GL_ALL = 255
 };
 
 typedef struct gl_way {
