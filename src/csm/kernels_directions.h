@@ -105,7 +105,8 @@ static inline COHSM__IN_KERNEL void cohsm__step_axes(cohsm__step *s, const cohsm
 static inline COHSM__IN_KERNEL void cohsm__step_project(cohsm__step *s, const cohsm__tile *t, size_t first)
 {
     const float *px = t->point[0] + first, *py = t->point[1] + first, *pz = t->point[2] + first;
-    float top = (float)t->maps->head.map_side, half = 0.5f * top, bias = t->query->bias / top, x, y, d;
+    float top = (float)t->maps->head.map_side, half = 0.5f * top, bias = t->query->bias / top;
+    float x, y, d;
     int k;
 
     for (k = 0; k < COHSM__STEP; k++) {
