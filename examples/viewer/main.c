@@ -244,8 +244,7 @@ int main(int count, char **values)
         height < 16) {
         int asked = count == 2 && scene && strcmp(scene, "--help") == 0;
         fputs("usage: viewer [--size WxH] [--figure FILE[@x,y,z]] [FILE.glb | FILE.gltf | builtin:NAME]"
-              " | --help | --version      H in the window lists the keys
-",
+              " | --help | --version      H in the window lists the keys\n",
               asked ? stdout : stderr);
         return asked ? 0 : 2;
     }
