@@ -1,7 +1,8 @@
 /* gl_sfield.c - shadow fields on OpenGL: 30,000 points of a chess board under 32 pieces and four lamps, with the
    product written into the program and read from the table, on the core path and,
    where the context has 4.3, on the compute path; time of a frame, and how far the light is from
-   shadowfield.h's. Wall time round glFinish: timer queries of software drivers are wrong. */
+   shadowfield.h's; 1,024 of the points in wavelets. Wall time round glFinish: timer queries of software drivers
+   are wrong. */
 #define _POSIX_C_SOURCE 200809L
 #include "sfield_scene.h"
 #include "gl.h"
@@ -188,6 +189,158 @@ static glbk_result measure(board *b, const bn_options *options, glbk_context *gl
     return result;
 }
 
+/* ---- wavelets ---- */
+
+enum { SOME = 1024, ROW = 32 };     /* points, and those of a row */
+
+typedef struct wavelets {
+    sfield_field     *field[FIELDS];
+    sfield_entity     entity[ENTITIES];
+    sfield_scene     *cpu;
+    glbk_sfield_scene gl;
+    glbk_gbuffer      gbuffer;
+    glbk_sfield_haar  haar;
+    float             rgb[3 * SOME], light[4 * SOME];
+    double            cpu_ms, frame_ms;
+} wavelets;
+
+static sfield_result build_wavelets(wavelets *w, const board *b, const bn_options *options)
+{
+    sfield_desc d = bn_sfield_desc(options);
+    sfield_emitter lamp;
+    sfield_result result = SFIELD_OK;
+    memset(&lamp, 0, sizeof lamp);
+    lamp.radius = 0.03f;
+    lamp.radiance[0] = lamp.radiance[1] = lamp.radiance[2] = 50;
+    d.basis = SFIELD_BASIS_HAAR;
+    d.cube_side = 16;
+    d.shell_count = 8;
+    d.position_side = 4;
+    d.keep = 0.04f;
+    for (uint32_t i = 0; i < MESHES && result == SFIELD_OK; i++) {
+        const ex_mesh *mesh = &b->scene.meshes[1 + i];
+        const sfield_mesh m = { mesh->positions, mesh->vertex_count, 0, mesh->indices,
+                                3 * (size_t)mesh->triangle_count, NULL, NULL, NULL };
+        result = sfield_build(&d, &m, &w->field[i], NULL);
+    }
+    if (result == SFIELD_OK)
+        result = sfield_build_emitter(&d, &lamp, &w->field[MESHES], NULL);
+    for (int i = 0; i < ENTITIES; i++) {
+        sfield_entity *e = &w->entity[i];
+        *e = b->entity[i];
+        if (e->source)
+            e->source = w->field[MESHES];
+        else
+            e->occlusion = w->field[b->scene.objects[1 + i].mesh - 1];
+    }
+    return result;
+}
+
+static sfield_result shade_wavelets_cpu(wavelets *w, const board *b, const bn_options *options)
+{
+    sfield_scene_desc d;
+    sfield_points set;
+    sfield_result result;
+    double start = 0;
+    memset(&d, 0, sizeof d);
+    memset(&set, 0, sizeof set);
+    d.basis = SFIELD_BASIS_HAAR;
+    d.cube_side = 16;
+    d.system.parallel_for = ex_pool_run;
+    d.system.user = options->pool;
+    set.count = SOME;
+    set.positions = b->points.positions;
+    set.normals = b->points.normals;
+    set.rgb = w->rgb;
+    result = sfield_scene_create(&d, &w->cpu);
+    if (result == SFIELD_OK)
+        result = sfield_scene_entities(w->cpu, w->entity, ENTITIES);
+    for (int i = 0; i < 2 && result == SFIELD_OK; i++) {
+        start = ex_seconds();
+        result = sfield_shade(w->cpu, &set, 1, NULL);
+    }
+    w->cpu_ms = 1000 * (ex_seconds() - start);
+    return result;
+}
+
+static glbk_result shade_wavelets_gl(wavelets *w, const board *b, glbk_context *gl)
+{
+    const glbk_sfield_haar_scene_desc sd = { (const sfield_field *const *)w->field, FIELDS, 16, ENTITIES, 0 };
+    const glbk_sfield_haar_desc hd = { ROW, SOME / ROW, 16, 0, 0 };
+    glbk_pixel *pixels = calloc(SOME, sizeof *pixels);
+    glbk_gbuffer_desc of;
+    glbk_result result = pixels ? GLBK_OK : GLBK_ERR_ALLOC;
+    double start = 0;
+    memset(&of, 0, sizeof of);
+    of.width = ROW;
+    of.height = SOME / ROW;
+    for (size_t i = 0; pixels && i < SOME; i++) {
+        memcpy(pixels[i].position, b->points.positions + 3 * i, sizeof pixels[i].position);
+        memcpy(pixels[i].normal, b->points.normals + 3 * i, sizeof pixels[i].normal);
+    }
+    if (result == GLBK_OK)
+        result = glbk_sfield_haar_upload(gl, &sd, &w->gl);
+    if (result == GLBK_OK)
+        result = glbk_sfield_scene_entities(gl, &w->gl, w->entity, ENTITIES);
+    if (result == GLBK_OK)
+        result = glbk_gbuffer_create(gl, &of, &w->gbuffer);
+    if (result == GLBK_OK)
+        result = glbk_gbuffer_upload(gl, &w->gbuffer, 0, of.height, pixels);
+    if (result == GLBK_OK)
+        result = glbk_sfield_haar_create(gl, &hd, &w->haar);
+    for (int i = 0; i < 2 && result == GLBK_OK; i++) {
+        start = ex_seconds();
+        result = glbk_sfield_haar_shade(gl, &w->haar, &w->gbuffer, &w->gl, 0);
+        gl->gl.Finish();
+    }
+    w->frame_ms = 1000 * (ex_seconds() - start);
+    if (result == GLBK_OK)
+        result = glbk_target_read(gl, &w->haar.target, 0, 0, 0, ROW, SOME / ROW, w->light);
+    free(pixels);
+    return result;
+}
+
+/* Both sides of wavelets: 16 texels a side, 4 % kept. */
+static int measure_wavelets(const board *b, const bn_options *options, glbk_context *gl)
+{
+    wavelets *w = calloc(1, sizeof *w);
+    sfield_result built = w ? build_wavelets(w, b, options) : SFIELD_ERR_ALLOC;
+    glbk_result result = GLBK_OK;
+    bn_error error = { 0, 0, 0 };
+    if (built == SFIELD_OK)
+        built = shade_wavelets_cpu(w, b, options);
+    if (built == SFIELD_OK)
+        result = shade_wavelets_gl(w, b, gl);
+    if (built == SFIELD_OK && result == GLBK_OK) {
+        for (size_t i = 0; i < 3 * SOME; i++)
+            bn_error_add(&error, (double)w->light[4 * (i / 3) + i % 3], (double)w->rgb[i]);
+        bn_begin(options, "gl_sfield", options->threads, bn_sfield_simd());
+        bn_text("gl_renderer", gl->renderer);
+        bn_text("path", "core");
+        bn_text("op", "wavelets");
+        bn_integer("points", SOME);
+        bn_integer("entities", PIECES);
+        bn_integer("lights", LAMPS);
+        bn_integer("texels", w->gl.texels);
+        bn_number("frame_ms", w->frame_ms);
+        bn_number("cpu_ms", w->cpu_ms);
+        bn_number("rmse_vs_cpu", bn_error_relative(&error));
+        bn_end(options);
+    }
+    if (w) {
+        glbk_sfield_haar_free(gl, &w->haar);
+        glbk_gbuffer_free(gl, &w->gbuffer);
+        glbk_sfield_scene_free(gl, &w->gl);
+        sfield_scene_free(w->cpu);
+        for (int i = 0; i < FIELDS; i++)
+            sfield_free(w->field[i]);
+    }
+    free(w);
+    if (built != SFIELD_OK)
+        return bn_failed("gl_sfield, wavelets", sfield_result_text(built));
+    return result == GLBK_OK ? 0 : bn_gl_failed(result);
+}
+
 /* The field of a bishop by the processor and by the GPU. */
 static sfield_result measure_build(const board *b, const bn_options *options, glbk_context *gl)
 {
@@ -246,6 +399,8 @@ static int run(board *b, const bn_options *options, int core_only)
     else if (built != SFIELD_OK)
         bn_failed("gl_sfield", sfield_result_text(built));
     glbk_sfield_scene_free(&g.gl, &b->gl);
+    if (result == GLBK_OK && built == SFIELD_OK && core_only && measure_wavelets(b, options, &g.gl) != 0)
+        result = GLBK_ERR_GL;
     bn_gl_close(&g);
     return result == GLBK_OK && built == SFIELD_OK ? 0 : -1;
 }

@@ -904,8 +904,9 @@ static int frame_shadowfield(void *opaque, const rd_job *job, ex_image *out, cha
 /* Fields to OpenGL; others in their place where there are some already. */
 static int send_fields(sf_state *s, const rd_job *job, char *error)
 {
+    const int wavelets = s->basis == SFIELD_BASIS_HAAR;         /* self-visibility goes up with them */
     size_t count = s->mesh_count + s->light_count;
-    const sfield_field **fields = calloc(count + s->bone_count + 1, sizeof *fields);
+    const sfield_field **fields = calloc(count + 2 * s->bone_count + s->mesh_count + 1, sizeof *fields);
     int sent = 0;
     if (!job->gl || !fields) {
         free((void *)(size_t)fields);
@@ -914,8 +915,12 @@ static int send_fields(sf_state *s, const rd_job *job, char *error)
     memcpy((void *)(size_t)fields, s->occlusion, s->mesh_count * sizeof *fields);
     memcpy((void *)(size_t)(fields + s->mesh_count), s->light, s->light_count * sizeof *fields);
     for (uint32_t m = 0; m < s->mesh_count; m++)
-        for (size_t i = 0; i < s->bones[m].count; i++)
+        for (size_t i = 0; i < s->bones[m].count; i++) {
             fields[count++] = s->bones[m].bone[i].occlusion;
+            fields[count++] = wavelets ? s->bones[m].bone[i].self : NULL;
+        }
+    for (uint32_t m = 0; m < s->mesh_count && wavelets; m++)
+        fields[count++] = s->surface[m].self;
     if (s->gl)
         sent = sf_gl_fields(s->gl, job, fields, count, entity_count(s), error);
     else
@@ -1082,8 +1087,9 @@ static int open_shadowfield(void **opaque, const rd_job *job, char *error)
     s->rgb = calloc(objects + 1, sizeof *s->rgb);
     if (s->rgb)
         s->rgb[objects] = (float *)(void *)s;            /* the end of the list */
-    if (s->basis == SFIELD_BASIS_HAAR && (job->gl || d.product == SFIELD_PRODUCT_EXP)) {
-        snprintf(error, EX_ERROR_SIZE, "shadowfield: %s needs basis=sh", job->gl ? "--backend gl" : "product=exp");
+    if (s->basis == SFIELD_BASIS_HAAR && (d.product == SFIELD_PRODUCT_EXP || (job->gl && s->full))) {
+        snprintf(error, EX_ERROR_SIZE, "shadowfield: %s needs basis=sh",
+                 d.product == SFIELD_PRODUCT_EXP ? "product=exp" : "materials=full with --backend gl");
     } else if (!job->gl && rd_setting_is(job->settings, "build", "gpu")) {
         snprintf(error, EX_ERROR_SIZE, "shadowfield: build=gpu needs --backend gl");
     } else if (lazy && job->gl) {

@@ -14,7 +14,10 @@ struct sf_gl {
     sfield_algebra       *algebra;
     glbk_sfield_scene     scene;
     glbk_gbuffer          gbuffer;
-    glbk_sfield_renderer  renderer;
+    glbk_sfield_renderer  renderer;             /* of harmonics */
+    glbk_sfield_haar      haar;                 /* of wavelets */
+    int                   wavelets;
+    uint32_t              height;               /* of the G-buffer and of either renderer */
     sf_gloss              gloss;
     float                *light, *shine, *graze;        /* rgba */
     float                *brdf;                 /* of glTF's BRDF: what the scene is given */
@@ -30,6 +33,20 @@ static int out_of_memory(char *error)
 {
     snprintf(error, EX_ERROR_SIZE, "shadowfield: out of memory");
     return -1;
+}
+
+/* Makes the scene of fields of either basis. */
+static glbk_result make_scene(sf_gl *g, const glbk_sfield_scene_desc *d)
+{
+    glbk_sfield_haar_scene_desc h;
+    if (!g->wavelets)
+        return glbk_sfield_scene_create(g->gl, d, &g->scene);
+    memset(&h, 0, sizeof h);
+    h.fields = d->fields;
+    h.field_count = d->field_count;
+    h.entity_capacity = d->entity_capacity;
+    h.reach = d->reach;
+    return glbk_sfield_haar_upload(g->gl, &h, &g->scene);
 }
 
 int sf_gl_fields(sf_gl *g, const rd_job *job, const sfield_field *const *fields, size_t field_count,
@@ -49,7 +66,7 @@ int sf_gl_fields(sf_gl *g, const rd_job *job, const sfield_field *const *fields,
         if (fields[i])
             there[d.field_count++] = fields[i];
     if (there)
-        r = glbk_sfield_scene_create(g->gl, &d, &g->scene);
+        r = make_scene(g, &d);
     free((void *)(size_t)there);
     return r == GLBK_OK ? 0 : gl_failed("fields", r, error);
 }
@@ -76,6 +93,7 @@ sf_gl *sf_gl_open(const rd_job *job, const sfield_field *const *fields, size_t f
     }
     g->gl = job->gl;
     g->gloss = gloss;
+    g->wavelets = rd_setting_is(job->settings, "basis", "haar");
     if (sfield_algebra_create((uint32_t)rd_setting_integer(job->settings, "bands"), NULL, &g->algebra) != SFIELD_OK ||
         (gloss == SF_GLTF && !make_brdf(g, job)))
         out_of_memory(error);
@@ -87,11 +105,23 @@ sf_gl *sf_gl_open(const rd_job *job, const sfield_field *const *fields, size_t f
 
 static int place(sf_gl *g, const sfield_scene *scene, const sfield_entity *entities, size_t count, char *error)
 {
-    float sky[3 * SFIELD_MAX_COEFS];
-    glbk_result r = glbk_sfield_scene_entities(g->gl, &g->scene, entities, count);
+    const size_t side = g->scene.cube_side, numbers = side ? 18 * side * side : 3 * SFIELD_MAX_COEFS;
+    float *sky = malloc(numbers * sizeof *sky);
+    glbk_result r = sky ? glbk_sfield_scene_entities(g->gl, &g->scene, entities, count) : GLBK_ERR_ALLOC;
     if (r == GLBK_OK && sfield_scene_sky(scene, sky) == SFIELD_OK)
-        r = glbk_sfield_scene_sky(g->gl, &g->scene, sky);
+        r = side ? glbk_sfield_haar_sky(g->gl, &g->scene, sky) : glbk_sfield_scene_sky(g->gl, &g->scene, sky);
+    free(sky);
     return r == GLBK_OK ? 0 : gl_failed("entities", r, error);
+}
+
+static glbk_result make_haar(sf_gl *g, uint32_t width, uint32_t height)
+{
+    glbk_sfield_haar_desc d;
+    memset(&d, 0, sizeof d);
+    d.width = width;
+    d.height = height;
+    d.self = 1;
+    return glbk_sfield_haar_create(g->gl, &d, &g->haar);
 }
 
 /* Room for so many points. */
@@ -109,13 +139,15 @@ static int make_room(sf_gl *g, const rd_job *job, size_t points, char *error)
     d.materials = d.grazing = g->gloss == SF_GLTF;
     d.self = 1;
     d.logarithms = rd_setting_is(job->settings, "product", "exp");
-    if (d.height <= g->renderer.height)
+    if (d.height <= g->height)
         return 0;
     glbk_sfield_renderer_free(g->gl, &g->renderer);
+    glbk_sfield_haar_free(g->gl, &g->haar);
     glbk_gbuffer_free(g->gl, &g->gbuffer);
     r = glbk_gbuffer_create(g->gl, &of, &g->gbuffer);
     if (r == GLBK_OK)
-        r = glbk_sfield_renderer_create(g->gl, &d, &g->renderer);
+        r = g->wavelets ? make_haar(g, d.width, d.height) : glbk_sfield_renderer_create(g->gl, &d, &g->renderer);
+    g->height = r == GLBK_OK ? d.height : 0;
     free(g->light);
     free(g->shine);
     free(g->graze);
@@ -127,7 +159,8 @@ static int make_room(sf_gl *g, const rd_job *job, size_t points, char *error)
     return r == GLBK_OK ? 0 : gl_failed("renderer", r, error);
 }
 
-/* Point i of a set, in the world. Returns what its object hides of itself, in `self`, or NULL. */
+/* Point i of a set, in the world. Returns what its object hides of itself, in `self`, or NULL; without `self` nothing
+   is asked. */
 static const float *describe(const sfield_points *set, size_t i, const sfield_entity *entities, float *self,
                              glbk_pixel *out)
 {
@@ -152,7 +185,7 @@ static const float *describe(const sfield_points *set, size_t i, const sfield_en
         out->material.metallic = values[3];
         out->material.roughness = values[4];
     }
-    return set->self && sfield_self(set->self, i, 1, self) == SFIELD_OK ? self : NULL;
+    return set->self && self && sfield_self(set->self, i, 1, self) == SFIELD_OK ? self : NULL;
 }
 
 /* Where point i stands: 64 in a row fill 8 x 8 pixels, which the compute path treats together. */
@@ -162,13 +195,21 @@ static size_t pixel_of(size_t i)
 }
 
 /* Pixels of ROWS rows, and what hides each by its own object. */
-typedef struct block { glbk_pixel pixel[BLOCK]; const float *self[BLOCK]; float coefs[BLOCK][SFIELD_MAX_COEFS]; } block;
+typedef struct block {
+    glbk_pixel      pixel[BLOCK];
+    const float    *self[BLOCK];
+    float           coefs[BLOCK][SFIELD_MAX_COEFS];
+    glbk_sfield_own own[BLOCK];                         /* of wavelets, in place of self and coefs */
+} block;
 
 static glbk_result upload_block(sf_gl *g, const block *b, size_t number)
 {
     const uint32_t row = (uint32_t)number * ROWS;
     glbk_result r = glbk_gbuffer_upload(g->gl, &g->gbuffer, row, ROWS, b->pixel);
-    return r == GLBK_OK ? glbk_sfield_self_upload(g->gl, &g->renderer, row, ROWS, b->self) : r;
+    if (r != GLBK_OK)
+        return r;
+    return g->wavelets ? glbk_sfield_haar_self(g->gl, &g->haar, &g->scene, row, ROWS, b->own)
+                       : glbk_sfield_self_upload(g->gl, &g->renderer, row, ROWS, b->self);
 }
 
 static int upload_points(sf_gl *g, const sfield_entity *entities, const sfield_points *sets, size_t count, char *error)
@@ -179,14 +220,17 @@ static int upload_points(sf_gl *g, const sfield_entity *entities, const sfield_p
     for (size_t s = 0; s < count; s++)
         for (size_t i = 0; i < sets[s].count && r == GLBK_OK; i++) {
             size_t pixel = pixel_of(at++ % BLOCK);
-            b->self[pixel] = describe(&sets[s], i, entities, b->coefs[pixel], &b->pixel[pixel]);
+            b->self[pixel] = describe(&sets[s], i, entities, g->wavelets ? NULL : b->coefs[pixel], &b->pixel[pixel]);
+            b->own[pixel].self = sets[s].self;
+            b->own[pixel].point = (uint32_t)i;
             if (at % BLOCK == 0)
                 r = upload_block(g, b, at / BLOCK - 1);
         }
-    for (; r == GLBK_OK && at < (size_t)WIDTH * g->renderer.height; ) {       /* nothing in the rest */
+    for (; r == GLBK_OK && at < (size_t)WIDTH * g->height; ) {       /* nothing in the rest */
         size_t pixel = pixel_of(at++ % BLOCK);
         memset(&b->pixel[pixel], 0, sizeof b->pixel[pixel]);
         b->self[pixel] = NULL;
+        b->own[pixel].self = NULL;
         if (at % BLOCK == 0)
             r = upload_block(g, b, at / BLOCK - 1);
     }
@@ -204,9 +248,13 @@ int sf_gl_shade(sf_gl *g, const rd_job *job, const sfield_scene *scene, const sf
     if (place(g, scene, entities, entity_count, error) != 0 || make_room(g, job, points ? points : 1, error) != 0 ||
         upload_points(g, entities, sets, set_count, error) != 0)
         return -1;
-    r = glbk_sfield_shade(g->gl, &g->renderer, &g->gbuffer, &g->scene, job->scene->camera.eye, 0);
+    if (g->wavelets)
+        r = glbk_sfield_haar_shade(g->gl, &g->haar, &g->gbuffer, &g->scene, 0);
+    else
+        r = glbk_sfield_shade(g->gl, &g->renderer, &g->gbuffer, &g->scene, job->scene->camera.eye, 0);
     if (r == GLBK_OK)
-        r = glbk_sfield_read(g->gl, &g->renderer, g->light, g->gloss ? g->shine : NULL);
+        r = g->wavelets ? glbk_target_read(g->gl, &g->haar.target, 0, 0, 0, WIDTH, g->height, g->light)
+                        : glbk_sfield_read(g->gl, &g->renderer, g->light, g->gloss ? g->shine : NULL);
     if (r == GLBK_OK && g->gloss == SF_GLTF)
         r = glbk_target_read(g->gl, &g->renderer.target, 2, 0, 0, WIDTH, g->renderer.height, g->graze);
     if (r != GLBK_OK)
@@ -227,6 +275,7 @@ void sf_gl_close(sf_gl *g)
     if (!g)
         return;
     glbk_sfield_renderer_free(g->gl, &g->renderer);
+    glbk_sfield_haar_free(g->gl, &g->haar);
     glbk_gbuffer_free(g->gl, &g->gbuffer);
     glbk_sfield_scene_free(g->gl, &g->scene);
     sfield_algebra_free(g->algebra);

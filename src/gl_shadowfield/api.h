@@ -78,7 +78,7 @@ GLBK_DEF glbk_result glbk_sfield_self_upload(glbk_context *ctx, glbk_sfield_rend
 typedef struct glbk_sfield_field {      /* a field in the table; read only */
     const sfield_field *field;
     uint32_t start;                     /* its first texel, for sfield_locate() and sfield_fetch() */
-    int      source;                    /* not 0: a source, else an occlusion field */
+    int      source;                    /* 0: an occlusion field; 1: a source; 2: self-visibility */
     float    center[3];                 /* in the field's own space */
     float    radius;
     float    inscribed;                 /* radius of the inscribed sphere */
@@ -89,7 +89,8 @@ struct glbk_sfield_scene {              /* fields and where they stand; read onl
     glbk_texture table;                 /* terms and fields */
     glbk_texture moving;                /* the sky, entities, rotations */
     glbk_buffer  contents;              /* the uniform block */
-    uint32_t     bands;
+    uint32_t     bands;                 /* of harmonics */
+    uint32_t     cube_side;             /* of wavelets; 0: the fields are of harmonics */
     uint32_t     entity_capacity;
     uint32_t     entity_count;
     uint32_t     light_count;           /* entities that shine */

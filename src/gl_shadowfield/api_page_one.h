@@ -28,7 +28,7 @@ GLBK_DEF glbk_result glbk_sfield_scene_entities(glbk_context *ctx, glbk_sfield_s
 GLBK_DEF glbk_result glbk_sfield_scene_sky(glbk_context *ctx, glbk_sfield_scene *scene, const float *coefs);
 /* Sets the environment and its suns.
    coefs    3 bands^2 numbers from sfield_scene_sky; NULL = no sky
-   Errors   GLBK_ERR_ARGUMENT: scene is NULL or was not created */
+   Errors   GLBK_ERR_ARGUMENT: scene is NULL or was not created. GLBK_ERR_MISMATCH: it has wavelets */
 
 GLBK_DEF glbk_result glbk_sfield_renderer_create(glbk_context *ctx,
                                                  const struct glbk_sfield_renderer_desc *desc,
@@ -47,7 +47,7 @@ GLBK_DEF glbk_result glbk_sfield_shade(glbk_context *ctx, glbk_sfield_renderer *
    eye      world, for lobes; NULL = that of the G-buffer, which knows it if it was drawn or imported
    open     not 0: light.a is wanted even if there is no sky
    Errors   GLBK_ERR_ARGUMENT: an object is NULL or was not created, or the renderer shades lobes and no eye
-            is known. GLBK_ERR_MISMATCH: the scene has other bands, no BRDFs for desc.materials, or
+            is known. GLBK_ERR_MISMATCH: the scene has wavelets, other bands, no BRDFs for desc.materials, or
             logarithms without desc.logarithms or none with it, or the G-buffer has another size.
             GLBK_ERR_LOST */
 

@@ -44,7 +44,7 @@ static glbk_result glbk__sfield_check_entity(const glbk_context *ctx, const char
         return glbk__refuse(ctx, mismatch, function,
                             glbk__sfield_name(&name, "entities", index, ".occlusion"),
                             "is none of the scene's occlusion fields");
-    if (!e->source || (source && source->source)) return GLBK_OK;
+    if (!e->source || (source && source->source == 1)) return GLBK_OK;
     return glbk__refuse(ctx, mismatch, function, glbk__sfield_name(&name, "entities", index, ".source"),
                         "is none of the scene's source fields");
 }
@@ -83,7 +83,7 @@ static void glbk__sfield_entity_words(const glbk_sfield_scene *s, const sfield_e
     memcpy(words, f, sizeof f);
     words[20] = occlusion ? occlusion->start : glbk__sfield_none;
     words[21] = source ? source->start : glbk__sfield_none;
-    words[22] = glbk__sfield_turns(m, s->bands) ? rotation : glbk__sfield_none;
+    words[22] = glbk__sfield_turns(m, s->cube_side ? 2 : s->bands) ? rotation : glbk__sfield_none;
 }
 
 /* Writes the rotation of an entity, or as many texels of zeros if nothing turns. */
@@ -210,6 +210,7 @@ GLBK_DEF glbk_result glbk_sfield_scene_sky(glbk_context *ctx, glbk_sfield_scene 
     if (!ctx) return GLBK_ERR_ARGUMENT;
     result = glbk__sfield_check_scene(ctx, __func__, s);
     if (result != GLBK_OK) return result;
+    if (s->cube_side) return glbk__refuse(ctx, GLBK_ERR_MISMATCH, __func__, "scene", "has wavelets");
     n = s->bands * s->bands;
     for (k = 0; k < n && coefs; k++)
         for (c = 0; c < 3; c++) memcpy(&words[4 * k + c], &coefs[c * n + k], 4);

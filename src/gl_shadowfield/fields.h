@@ -274,7 +274,8 @@ static const char *glbk__sfield_refuse(const sfield_info *info, uint32_t bands, 
 {
     if (info->kind != SFIELD_KIND_OCCLUSION && info->kind != SFIELD_KIND_SOURCE)
         return "is neither an occlusion nor a source field";
-    if (info->basis != SFIELD_BASIS_SH) return "is one of wavelets: OpenGL has those of harmonics alone";
+    if (info->basis != SFIELD_BASIS_SH)
+        return "is one of wavelets, which glbk_sfield_haar_upload takes";
     if (info->bands != bands) return "has other bands than desc.algebra";
     if (info->kind == SFIELD_KIND_OCCLUSION && !info->logarithm != !logarithms)
         return info->logarithm ? "is one of logarithms, as others are not"

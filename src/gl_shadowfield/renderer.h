@@ -229,12 +229,13 @@ GLBK_DEF glbk_result glbk_sfield_shade(glbk_context *ctx, glbk_sfield_renderer *
     if (!r || !r->shade.name)
         return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "renderer", r ? "was not created" : "is NULL");
     result = glbk__sfield_check_scene(ctx, __func__, s);
-    if (result == GLBK_OK) result = glbk__sfield_check_gbuffer(ctx, __func__, r, g);
+    if (result == GLBK_OK) result = glbk__sfield_check_gbuffer(ctx, __func__, r->width, r->height, g);
     if (result != GLBK_OK) return result;
     if (!eye && g->has_clip) eye = g->eye;
     if (r->gloss.name && !eye)
         return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "eye",
                             "is NULL: lobes need it, and the G-buffer has none");
+    if (s->cube_side) return glbk__refuse(ctx, GLBK_ERR_MISMATCH, __func__, "scene", "has wavelets");
     if (s->bands != r->bands)
         return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, __func__, "scene->bands", s->bands,
                                   "that of the renderer");

@@ -46,16 +46,16 @@ static glbk_result glbk__sfield_check_self(const glbk_context *ctx, const char *
     return GLBK_OK;
 }
 
-/* Checks that a G-buffer has the size of the renderer. */
-static glbk_result glbk__sfield_check_gbuffer(const glbk_context *ctx, const char *function,
-                                              const glbk_sfield_renderer *r, const glbk_gbuffer *g)
+/* Checks that a G-buffer has the size of a renderer. */
+static glbk_result glbk__sfield_check_gbuffer(const glbk_context *ctx, const char *function, uint32_t width,
+                                              uint32_t height, const glbk_gbuffer *g)
 {
     if (!g || !g->words[0].name)
         return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "gbuffer", g ? "was not created" : "is NULL");
-    if (g->width != r->width)
+    if (g->width != width)
         return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, function, "gbuffer->width", g->width,
                                   "that of the renderer");
-    if (g->height != r->height)
+    if (g->height != height)
         return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, function, "gbuffer->height", g->height,
                                   "that of the renderer");
     return GLBK_OK;
@@ -140,7 +140,7 @@ GLBK_DEF glbk_result glbk_sfield_self_begin(glbk_context *ctx, glbk_sfield_rende
 
     if (!ctx) return GLBK_ERR_ARGUMENT;
     result = glbk__sfield_check_self(ctx, __func__, r);
-    if (result == GLBK_OK) result = glbk__sfield_check_gbuffer(ctx, __func__, r, g);
+    if (result == GLBK_OK) result = glbk__sfield_check_gbuffer(ctx, __func__, r->width, r->height, g);
     if (result != GLBK_OK) return result;
     if (!g->has_depth || !g->has_clip)
         return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "gbuffer",

@@ -109,6 +109,22 @@ void sfield_mix(uint field, uint first, uint group, uint channel, vec4 corner, f
     }
 }
 
+// Finds the frames of a field before and after a time in seconds, and returns how far it lies between them.
+float sfield_frames(uint field, float time, out uint before, out uint after)
+{
+    uvec4 head = SFIELD_TEXEL(field);
+    before = after = 0u;
+    if (head.y < 2u) return 0.0;
+    float n = float(head.y), t = time * uintBitsToFloat(SFIELD_TEXEL(field + 2u).x);
+    bool loop = (head.x & 4u) != 0u;
+    if (loop) t = clamp(t, -1e7, 1e7) - n * floor(clamp(t, -1e7, 1e7) / n);
+    t = max(t, 0.0);
+    t = t < n ? t : loop ? 0.0 : n;
+    before = min(uint(t), head.y - 1u);
+    after = before + 1u < head.y ? before + 1u : loop ? 0u : before;
+    return t - float(before) < 1.0 ? t - float(before) : 0.0;
+}
+
 // Returns one channel of a field, times weight: the hidden share, or radiance at a time in seconds. Here as
 // below, loops with large bodies end at numbers that compilers do not know, lest they unroll the loops and
 // take seconds.
@@ -116,20 +132,9 @@ void sfield_fetch(uint field, sfield_place at, uint channel, float time, float w
                   out float v[SFIELD_COEFS])
 {
     uvec4 head = SFIELD_TEXEL(field);
-    uint before = 0u, after = 0u, shell = 6u * head.w * head.w;
-    float t = 0.0;
+    uint before, after, shell = 6u * head.w * head.w;
     for (int k = 0; k < SFIELD_COEFS; k++) v[k] = 0.0;
-    if (head.y > 1u) {
-        float n = float(head.y);
-        bool loop = (head.x & 4u) != 0u;
-        t = time * uintBitsToFloat(SFIELD_TEXEL(field + 2u).x);
-        if (loop) t = clamp(t, -1e7, 1e7) - n * floor(clamp(t, -1e7, 1e7) / n);
-        t = max(t, 0.0);
-        t = t < n ? t : loop ? 0.0 : n;
-        before = min(uint(t), head.y - 1u);
-        after = before + 1u < head.y ? before + 1u : loop ? 0u : before;
-        t = t - float(before) < 1.0 ? t - float(before) : 0.0;
-    }
+    float t = sfield_frames(field, time, before, after);
     for (uint i = 0u; i < (t > 0.0 ? 4u : 2u); i++) {   // two shells of the frame before, then of that after
         uint frame = (i < 2u ? before : after) * head.z, outer = i & 1u;
         float w = weight * (i < 2u ? 1.0 - t : t) * (outer == 0u ? at.weight.x : at.weight.y);

@@ -59,8 +59,8 @@ SFIELD_DEF sfield_result sfield_scene_sun(sfield_scene *scene, const float direc
 #ifndef SFIELD_WITHOUT_TABLES
 SFIELD_DEF sfield_result sfield_scene_sky(const sfield_scene *scene, float *coefs);
 /* Writes the environment and its suns as they are now, for shaders: bands^2 coefficients of r, then of g,
-   then of b.
-   Errors   SFIELD_ERR_ARGUMENT (NULL), SFIELD_ERR_MISMATCH (a scene of wavelets) */
+   then of b; of a scene of wavelets 6 cube_side^2 texels of each.
+   Errors   SFIELD_ERR_ARGUMENT (NULL) */
 #endif
 
 #ifndef SFIELD_WITHOUT_CACHE

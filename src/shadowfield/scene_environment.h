@@ -200,12 +200,11 @@ SFIELD_DEF sfield_result sfield_scene_sun(sfield_scene *s, const float direction
 SFIELD_DEF sfield_result sfield_scene_sky(const sfield_scene *s, float *coefs)
 {
     sfield__logger log;
-    uint32_t c;
+    uint32_t c, n;
     if (!s) return SFIELD_ERR_ARGUMENT;
     log = sfield__logger_of(&s->desc.system, "sfield_scene_sky");
     if (!coefs) return sfield__fail(&log, SFIELD_ERR_ARGUMENT, "coefs", "is NULL");
-    if (!s->algebra) return sfield__fail(&log, SFIELD_ERR_MISMATCH, "scene", "has wavelets, not harmonics");
-    for (c = 0; c < 3; c++)
-        memcpy(coefs + c * s->coefs, s->sky_now + c * s->planes, s->coefs * sizeof *coefs);
+    n = s->algebra ? s->coefs : s->cells;
+    for (c = 0; c < 3; c++) memcpy(coefs + c * n, s->sky_now + c * s->planes, n * sizeof *coefs);
     return SFIELD_OK;
 }

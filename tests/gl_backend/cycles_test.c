@@ -111,6 +111,8 @@ static struct {
     glbk_sfield_scene    scene;
     glbk_sfield_renderer renderer;
     glbk_sfield_builder  builder;
+    glbk_sfield_scene    trees;
+    glbk_sfield_haar     haar;
 } sfield;
 
 static glbk_result make_sfield(gl_test *t)
@@ -121,6 +123,8 @@ static glbk_result make_sfield(gl_test *t)
     glbk_sfield_scene_desc scene;
     glbk_sfield_renderer_desc renderer;
     glbk_sfield_builder_desc builder;
+    const glbk_sfield_haar_scene_desc trees = { NULL, 0, 4, 1, 0 };
+    const glbk_sfield_haar_desc haar = { 4, 4, 4, 0, 1 };
     sfield_desc field;
     glbk_result result;
     memset(&sfield, 0, sizeof sfield);
@@ -140,11 +144,15 @@ static glbk_result make_sfield(gl_test *t)
     if (result == GLBK_OK) result = glbk_sfield_renderer_create(&t->gl, &renderer, &sfield.renderer);
     if (result == GLBK_OK) result = glbk_sfield_builder_create(&t->gl, &builder, &sfield.builder);
     if (result == GLBK_OK) result = glbk_sfield_renderer_resize(&t->gl, &sfield.renderer, 5, 3);
+    if (result == GLBK_OK) result = glbk_sfield_haar_upload(&t->gl, &trees, &sfield.trees);
+    if (result == GLBK_OK) result = glbk_sfield_haar_create(&t->gl, &haar, &sfield.haar);
     return result;
 }
 
 static void destroy_sfield(gl_test *t)
 {
+    glbk_sfield_haar_free(&t->gl, &sfield.haar);
+    glbk_sfield_scene_free(&t->gl, &sfield.trees);
     glbk_sfield_builder_free(&t->gl, &sfield.builder);
     glbk_sfield_renderer_free(&t->gl, &sfield.renderer);
     glbk_sfield_scene_free(&t->gl, &sfield.scene);

@@ -40,6 +40,15 @@ static void logarithms_are_added_alike(void **state)
            "--technique shadowfield --scene builtin:chess --set basis=haar --set product=exp --out a.pfm");
 }
 
+/* Pieces that are turned, self-visibility and a sky in wavelets. */
+static void wavelets_light_alike(void **state)
+{
+    (void)state;
+    agree("--scene builtin:chess --env builtin:overcast --set basis=haar" SMALL);
+    expect(1, "materials=full with --backend gl needs basis=sh",
+           "--technique shadowfield --backend gl --scene builtin:chess --set basis=haar --set materials=full --out a.pfm");
+}
+
 /* A close look at a bullet, which glows with 420: the other lamps light it, its own light does not. It was black. */
 static void bullets_are_lit_by_others(void **state)
 {
@@ -100,6 +109,7 @@ int main(void)
                                         cmocka_unit_test(spots_and_sun_light_glossy_robots_alike),
                                         cmocka_unit_test(metal_chess_lights_alike),
                                         cmocka_unit_test(logarithms_are_added_alike),
+                                        cmocka_unit_test(wavelets_light_alike),
                                         cmocka_unit_test(bullets_are_lit_by_others),
                                         cmocka_unit_test(a_moving_video_lights_alike),
                                         cmocka_unit_test(bones_that_follow_light_alike),

@@ -116,7 +116,7 @@ static void fields_of_other_kinds_are_refused(void **state)
 {
     GL_TEST(t, state)
     static const char *const why[] = {
-        "is one of wavelets: OpenGL has those of harmonics alone", "has other bands than desc.algebra",
+        "is one of wavelets, which glbk_sfield_haar_upload takes", "has other bands than desc.algebra",
         "is one of logarithms, as others are not", "is a shard: sfield_merge first",
         "is neither an occlusion nor a source field"
     };

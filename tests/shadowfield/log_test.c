@@ -115,11 +115,6 @@ static void a_scene_says_what_it_refuses(void **state)
     said(&n, sfield_sparse(&points, 1, &desc.system, number, &count, NULL, out), SFIELD_ERR_ARGUMENT,
          "sfield_sparse: sources is NULL");
     sfield_scene_free(scene);
-    desc.basis = SFIELD_BASIS_HAAR;
-    desc.bands = 0;
-    assert_int_equal(sfield_scene_create(&desc, &scene), SFIELD_OK);
-    said(&n, sfield_scene_sky(scene, out), SFIELD_ERR_MISMATCH, "sfield_scene_sky: scene has wavelets, not harmonics");
-    sfield_scene_free(scene);
 }
 
 static void a_bad_mesh_says_which_index_of_which_triangle(void **state)

@@ -1,0 +1,333 @@
+/* ---- sfield: wavelets: the renderer ---- */
+
+enum {
+    GLBK__SFIELD_SLOTS = 16,            /* places of a list */
+    GLBK__SFIELD_WIDE = 2048            /* texels a side of a texture, at most */
+};
+
+/* Makes a texture of so many texels. */
+static glbk_result glbk__sfield_haar_texture(glbk_context *ctx, glbk_format format, uint32_t width,
+                                             uint32_t height, uint32_t layers, glbk_texture *out)
+{
+    glbk_texture_desc d;
+    memset(&d, 0, sizeof d);
+    d.format = format;
+    d.width = width;
+    d.height = height;
+    d.layers = layers;
+    return glbk_texture_create(ctx, &d, out);
+}
+
+/* Chooses how many points a batch has, and how many cubes stand in a row: textures have at most so many
+   texels a side. */
+static void glbk__sfield_haar_fit(const glbk_context *ctx, uint32_t wanted, glbk_sfield_haar *h)
+{
+    const uint32_t side = ctx->max_side < GLBK__SFIELD_WIDE ? ctx->max_side : (uint32_t)GLBK__SFIELD_WIDE;
+    const uint32_t half = h->cube_side / 2, pixels = h->width * h->height;
+    uint32_t most;
+    h->columns = side / (6 * half);
+    most = side / half * h->columns / GLBK__SFIELD_SLOTS;
+    most = most < side ? most : side;
+    h->batch = wanted < most ? wanted : most;
+    if (pixels < h->batch) h->batch = pixels;
+}
+
+/* Makes the textures and targets of a batch. */
+static glbk_result glbk__sfield_haar_textures(glbk_context *ctx, glbk_sfield_haar *h)
+{
+    const glbk_format format = GLBK_FORMAT_RGBA32UI;
+    const uint32_t half = h->cube_side / 2, wide = h->columns * 6 * half;
+    const uint32_t rows = (h->batch * GLBK__SFIELD_SLOTS + h->columns - 1) / h->columns,
+                   strips = (h->batch + 2 * h->columns - 1) / (2 * h->columns);
+    glbk_target_desc target;
+    glbk_result result =
+        glbk__canvas(ctx, GLBK_FORMAT_COLOR, h->width, h->height, NULL, &h->light, &h->target);
+    int i, k;
+    for (i = 0; i < 3 && result == GLBK_OK; i++)
+        result = glbk__sfield_haar_texture(ctx, format, GLBK__SFIELD_SLOTS, h->batch, 0, &h->list[i]);
+    if (result == GLBK_OK)
+        result = glbk__canvas(ctx, format, wide, rows * half, NULL, &h->cubes, &h->cubes_target);
+    for (i = 0; i < 2 && result == GLBK_OK; i++) {
+        memset(&target, 0, sizeof target);
+        result = glbk__sfield_haar_texture(ctx, format, GLBK__SFIELD_SLOTS, h->batch, 0, &h->met[i]);
+        for (k = 0; k < 3; k++) target.color[k] = &h->list[k];
+        target.color[3] = &h->met[i];
+        if (result == GLBK_OK) result = glbk__target_create(ctx, &target, &h->list_target[i]);
+        memset(&target, 0, sizeof target);
+        for (k = 0; k < 3 && result == GLBK_OK; k++) {
+            result = glbk__sfield_haar_texture(ctx, format, wide, strips * half, 0, &h->left[i][k]);
+            target.color[k] = &h->left[i][k];
+        }
+        if (result == GLBK_OK) result = glbk__target_create(ctx, &target, &h->left_target[i]);
+    }
+    return result;
+}
+
+/* Makes the texture of self-visibility, in which there is none yet. */
+static glbk_result glbk__sfield_haar_self_create(glbk_context *ctx, glbk_sfield_haar *h)
+{
+    const glbk_sfield__allocator memory = glbk_sfield__memory(ctx);
+    void *zeros = glbk_sfield__alloc_array(&memory, h->width, 4);
+    glbk_result result;
+    uint32_t y;
+    if (!zeros) return GLBK_ERR_ALLOC;
+    memset(zeros, 0, 4 * (size_t)h->width);
+    result = glbk__sfield_haar_texture(ctx, GLBK_FORMAT_R32UI, h->width, h->height, 1, &h->self);
+    for (y = 0; y < h->height && result == GLBK_OK; y++) {
+        const glbk_box box = { 0, 0, y, 0, h->width, 1, 1 };
+        result = glbk_texture_update(ctx, &h->self, &box, zeros);
+    }
+    glbk_sfield__free(&memory, zeros);
+    return result;
+}
+
+static glbk_result glbk__sfield_haar_check_desc(const glbk_context *ctx, const char *function,
+                                                const glbk_sfield_haar_desc *d)
+{
+    const uint32_t side = d ? d->cube_side : 0;
+    glbk_result result;
+    if (!d) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "desc", "is NULL");
+    result = glbk__require_side(ctx, function, "desc.width", d->width);
+    if (result == GLBK_OK) result = glbk__require_side(ctx, function, "desc.height", d->height);
+    if (result != GLBK_OK) return result;
+    if (side && (side < 4 || side > 64 || (side & (side - 1))))
+        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "desc.cube_side", side,
+                                  "a power of two within 4..64, or 0");
+    return GLBK_OK;
+}
+
+GLBK_DEF glbk_result glbk_sfield_haar_create(glbk_context *ctx, const glbk_sfield_haar_desc *d,
+                                             glbk_sfield_haar *out)
+{
+    const glbk_part *part = glbk_sfield_part();
+    glbk_result result;
+
+    if (!ctx) return GLBK_ERR_ARGUMENT;
+    if (!out) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "out", "is NULL");
+    memset(out, 0, sizeof *out);
+    result = glbk__sfield_haar_check_desc(ctx, __func__, d);
+    if (result != GLBK_OK) return result;
+    out->width = d->width;
+    out->height = d->height;
+    out->cube_side = d->cube_side ? d->cube_side : 32;
+    out->has_self = d->self != 0;
+    glbk__sfield_haar_fit(ctx, d->batch ? d->batch : 256, out);
+    result = glbk__sfield_haar_textures(ctx, out);
+    if (result == GLBK_OK && d->self) result = glbk__sfield_haar_self_create(ctx, out);
+    if (result == GLBK_OK)
+        result = glbk__gbuffer_program(ctx, part, "sfield_haar_list.frag", "SFIELD_BANDS=1", &out->find);
+    if (result == GLBK_OK)
+        result = glbk__gbuffer_program(ctx, part, "sfield_haar_cubes.frag", NULL, &out->write);
+    if (result == GLBK_OK)
+        result = glbk__gbuffer_program(ctx, part, "sfield_haar_light.frag", NULL, &out->multiply);
+    if (result == GLBK_OK) result = glbk__program_create(ctx, part, "sfield_haar_sum.frag", NULL, &out->sum);
+    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_sfield_batch), NULL, &out->block);
+    if (result != GLBK_OK) glbk_sfield_haar_free(ctx, out);
+    return result;
+}
+
+GLBK_DEF void glbk_sfield_haar_free(glbk_context *ctx, glbk_sfield_haar *h)
+{
+    int i, k;
+    if (!h) return;
+    glbk_program_free(ctx, &h->find);
+    glbk_program_free(ctx, &h->write);
+    glbk_program_free(ctx, &h->multiply);
+    glbk_program_free(ctx, &h->sum);
+    glbk_target_free(ctx, &h->target);
+    glbk_target_free(ctx, &h->cubes_target);
+    glbk_texture_free(ctx, &h->light);
+    glbk_texture_free(ctx, &h->self);
+    glbk_texture_free(ctx, &h->cubes);
+    for (i = 0; i < 3; i++) glbk_texture_free(ctx, &h->list[i]);
+    for (i = 0; i < 2; i++) {
+        glbk_target_free(ctx, &h->list_target[i]);
+        glbk_target_free(ctx, &h->left_target[i]);
+        glbk_texture_free(ctx, &h->met[i]);
+        for (k = 0; k < 3; k++) glbk_texture_free(ctx, &h->left[i][k]);
+    }
+    glbk_buffer_free(ctx, &h->block);
+    memset(h, 0, sizeof *h);
+}
+
+/* Checks a renderer and a scene of wavelets, which belong together. */
+static glbk_result glbk__sfield_haar_check_pair(const glbk_context *ctx, const char *function,
+                                                const glbk_sfield_haar *h, const glbk_sfield_scene *s)
+{
+    glbk_result result;
+    if (!h || !h->sum.name)
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "haar", h ? "was not created" : "is NULL");
+    result = glbk__sfield_check_scene(ctx, function, s);
+    if (result != GLBK_OK || s->cube_side == h->cube_side) return result;
+    if (!s->cube_side) return glbk__refuse(ctx, GLBK_ERR_MISMATCH, function, "scene", "has harmonics");
+    return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, function, "scene->cube_side", s->cube_side,
+                              "that of the renderer");
+}
+
+/* Writes where the trees of a point's self-visibility begin, 0 for none. */
+static glbk_result glbk__sfield_haar_root(const glbk_context *ctx, const char *function,
+                                          const glbk_sfield_scene *s, const glbk_sfield_own *own,
+                                          size_t index, uint32_t *root)
+{
+    const glbk_sfield_field *field = glbk__sfield_find(s, own->self);
+    glbk_sfield__message name;
+    sfield_info info;
+    *root = 0;
+    if (!own->self) return GLBK_OK;
+    if (!field || field->source != GLBK__SFIELD_IS_SELF)
+        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, function, glbk__sfield_name(&name, "own", index, ".self"),
+                            "is none of the scene's self-visibilities");
+    sfield_get_info(own->self, &info);
+    if (own->point >= info.sample_count)
+        return glbk__refuse_range(ctx, GLBK_ERR_INPUT, function,
+                                  glbk__sfield_name(&name, "own", index, ".point"), own->point, 0,
+                                  (double)info.sample_count - 1);
+    *root = field->start + 3 + 6 * own->point;
+    return GLBK_OK;
+}
+
+GLBK_DEF glbk_result glbk_sfield_haar_self(glbk_context *ctx, glbk_sfield_haar *h, const glbk_sfield_scene *s,
+                                           uint32_t row, uint32_t row_count, const glbk_sfield_own *own)
+{
+    glbk_box box = { 0, 0, 0, 0, 0, 0, 1 };
+    glbk_sfield__allocator memory;
+    glbk_result result;
+    uint32_t *roots;
+    size_t i, count;
+
+    if (!ctx) return GLBK_ERR_ARGUMENT;
+    result = glbk__sfield_haar_check_pair(ctx, __func__, h, s);
+    if (result != GLBK_OK) return result;
+    if (!h->has_self)
+        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, __func__, "haar", "was created without desc.self");
+    if (!own) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "own", "is NULL");
+    if (row >= h->height)
+        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "row", row, 0, h->height - 1);
+    if (!row_count || row_count > h->height - row)
+        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "row_count", row_count, 1,
+                                  h->height - row);
+    memory = glbk_sfield__memory(ctx);
+    count = (size_t)h->width * row_count;
+    roots = (uint32_t *)glbk_sfield__alloc_array(&memory, count, 4);
+    if (!roots) return GLBK_ERR_ALLOC;
+    for (i = 0; i < count && result == GLBK_OK; i++)
+        result = glbk__sfield_haar_root(ctx, __func__, s, &own[i], i, &roots[i]);
+    box.y = row;
+    box.width = h->width;
+    box.height = row_count;
+    if (result == GLBK_OK) result = glbk_texture_update(ctx, &h->self, &box, roots);
+    glbk_sfield__free(&memory, roots);
+    return result;
+}
+
+/* Begins a pass of a batch: draws cover `width` x `height` texels of a target, from (left, bottom) on. */
+static glbk_result glbk__sfield_haar_pass(glbk_context *ctx, const glbk_sfield_haar *h, glbk_program *program,
+                                          const glbk_target *target, const uint32_t viewport[4])
+{
+    glbk_pass pass;
+    glbk_result result;
+    int i;
+    memset(&pass, 0, sizeof pass);
+    pass.target = target;
+    for (i = 0; i < 4; i++) pass.viewport[i] = (int32_t)viewport[i];
+    result = glbk_begin(ctx, &pass, program);
+    if (result == GLBK_OK) glbk_bind_block(ctx, GLBK_SLOT_glbk_sfield_batch, &h->block);
+    return result;
+}
+
+/* Binds what passes read of a list. */
+static void glbk__sfield_haar_bind(glbk_context *ctx, const glbk_sfield_haar *h, const glbk_sfield_scene *s)
+{
+    glbk_sfield_bind(ctx, s, NULL);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_sfield_what, &h->list[0]);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_sfield_corner, &h->list[1]);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_sfield_weight, &h->list[2]);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_sfield_cubes, &h->cubes);
+}
+
+/* Draws a round of a batch: lists, their cubes, and what T and light come to. */
+static glbk_result glbk__sfield_haar_round(glbk_context *ctx, glbk_sfield_haar *h, const glbk_gbuffer *g,
+                                           const glbk_sfield_scene *s, const glbk_sfield_batch *b)
+{
+    const uint32_t now = b->round & 1, half = h->cube_side / 2, cubes = b->count * b->slots;
+    const uint32_t lists[4] = { 0, 0, b->slots, b->count },
+                   squares[4] = { 0, 0, h->columns * 6 * half, (cubes + h->columns - 1) / h->columns * half },
+                   strips[4] = { 0, 0, h->columns * 6 * half,
+                                 (b->count + 2 * h->columns - 1) / (2 * h->columns) * half };
+    glbk_result result = glbk__put_block(ctx, GLBK_SLOT_glbk_sfield_batch, &h->block, b);
+    if (result == GLBK_OK) result = glbk__sfield_haar_pass(ctx, h, &h->find, &h->list_target[now], lists);
+    if (result != GLBK_OK) return result;
+    glbk_sfield_bind(ctx, s, NULL);
+    result = glbk_gbuffer_bind(ctx, g, NULL);
+    if (result != GLBK_OK) return result;
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_sfield_self, &h->self);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_sfield_met, b->round ? &h->met[!now] : NULL);
+    glbk_draw_screen(ctx);
+    result = glbk__sfield_haar_pass(ctx, h, &h->write, &h->cubes_target, squares);
+    if (result != GLBK_OK) return result;
+    glbk__sfield_haar_bind(ctx, h, s);
+    result = glbk_gbuffer_bind(ctx, g, NULL);
+    if (result != GLBK_OK) return result;
+    glbk_draw_screen(ctx);
+    result = glbk__sfield_haar_pass(ctx, h, &h->multiply, &h->left_target[now], strips);
+    if (result != GLBK_OK) return result;
+    glbk__sfield_haar_bind(ctx, h, s);
+    result = glbk_gbuffer_bind(ctx, g, NULL);
+    if (result != GLBK_OK) return result;
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_sfield_lower, b->round ? &h->left[!now][0] : NULL);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_sfield_upper, b->round ? &h->left[!now][1] : NULL);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_sfield_sums, b->round ? &h->left[!now][2] : NULL);
+    glbk_draw_screen(ctx);
+    return GLBK_OK;
+}
+
+/* Shades the points of a batch, whose rectangle is set, in so many rounds. */
+static glbk_result glbk__sfield_haar_batch(glbk_context *ctx, glbk_sfield_haar *h, const glbk_gbuffer *g,
+                                           const glbk_sfield_scene *s, uint32_t rounds, glbk_sfield_batch *b)
+{
+    const uint32_t pixels[4] = { b->left, b->bottom, b->width, b->count / b->width };
+    glbk_result result = GLBK_OK;
+    for (b->round = 0; b->round < rounds && result == GLBK_OK; b->round++) {
+        b->last = b->round + 1 == rounds;
+        result = glbk__sfield_haar_round(ctx, h, g, s, b);
+    }
+    if (result == GLBK_OK) result = glbk__sfield_haar_pass(ctx, h, &h->sum, &h->target, pixels);
+    if (result != GLBK_OK) return result;
+    glbk_sfield_bind(ctx, s, NULL);
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_sfield_sums, &h->left[!(rounds & 1)][2]);
+    glbk_draw_screen(ctx);
+    return GLBK_OK;
+}
+
+GLBK_DEF glbk_result glbk_sfield_haar_shade(glbk_context *ctx, glbk_sfield_haar *h, const glbk_gbuffer *g,
+                                            const glbk_sfield_scene *s, int open)
+{
+    glbk_sfield_contents contents;
+    glbk_sfield_batch b;
+    glbk_result result;
+    uint32_t most, wide, high;
+
+    if (!ctx) return GLBK_ERR_ARGUMENT;
+    result = glbk__sfield_haar_check_pair(ctx, __func__, h, s);
+    if (result == GLBK_OK) result = glbk__sfield_check_gbuffer(ctx, __func__, h->width, h->height, g);
+    if (result != GLBK_OK) return result;
+    most = s->entity_count + 3 * s->light_count + (h->has_self ? 1u : 0u);
+    memset(&b, 0, sizeof b);
+    b.slots = most < GLBK__SFIELD_SLOTS ? (most ? most : 1) : (uint32_t)GLBK__SFIELD_SLOTS;
+    b.own = h->has_self != 0;
+    b.side = h->cube_side;
+    b.columns = h->columns;
+    contents = glbk__sfield_contents_of(s, s->sky || open);
+    result = glbk__put_block(ctx, GLBK_SLOT_glbk_sfield_contents, &s->contents, &contents);
+    wide = h->width < h->batch ? h->width : h->batch;
+    if (wide > 32) wide = 32;                   /* points that are near each other read the same samples */
+    high = h->batch / wide;
+    for (b.bottom = 0; b.bottom < h->height && result == GLBK_OK; b.bottom += high)
+        for (b.left = 0; b.left < h->width && result == GLBK_OK; b.left += wide) {
+            const uint32_t rows = h->height - b.bottom < high ? h->height - b.bottom : high;
+            b.width = h->width - b.left < wide ? h->width - b.left : wide;
+            b.count = b.width * rows;
+            result = glbk__sfield_haar_batch(ctx, h, g, s, most ? (most + b.slots - 1) / b.slots : 1, &b);
+        }
+    return result;
+}
