@@ -75,6 +75,7 @@ static sfield_desc desc_of(const rd_job *job, sfield_basis basis)
     d.bands = basis == SFIELD_BASIS_HAAR ? 0 : (uint32_t)rd_setting_integer(job->settings, "bands");
     d.position_side = (uint32_t)side;
     d.shell_count = (uint32_t)shells;
+    d.cube_side = (uint32_t)rd_setting_integer(job->settings, "cube_side");
     d.keep = (float)rd_setting_number(job->settings, "keep");
     ex_pool_label(job->pool, "shadowfield");
     d.system.parallel_for = ex_pool_run;
@@ -1068,6 +1069,7 @@ static int open_shadowfield(void **opaque, const rd_job *job, char *error)
     memset(&d, 0, sizeof d);
     d.basis = s->basis;
     d.bands = (uint32_t)rd_setting_integer(job->settings, "bands");
+    d.cube_side = (uint32_t)rd_setting_integer(job->settings, "cube_side");
     d.product = rd_setting_is(job->settings, "product", "exp") ? SFIELD_PRODUCT_EXP : SFIELD_PRODUCT_DEFAULT;
     d.reach = (float)rd_setting_number(job->settings, "reach");
     d.system.parallel_for = ex_pool_run;
@@ -1088,8 +1090,7 @@ static int open_shadowfield(void **opaque, const rd_job *job, char *error)
     if (s->rgb)
         s->rgb[objects] = (float *)(void *)s;            /* the end of the list */
     if (s->basis == SFIELD_BASIS_HAAR && (d.product == SFIELD_PRODUCT_EXP || (job->gl && s->full))) {
-        snprintf(error, EX_ERROR_SIZE, "shadowfield: %s needs basis=sh",
-                 d.product == SFIELD_PRODUCT_EXP ? "product=exp" : "materials=full with --backend gl");
+        snprintf(error, EX_ERROR_SIZE, "shadowfield: product=exp and, on GL, materials=full need basis=sh");
     } else if (!job->gl && rd_setting_is(job->settings, "build", "gpu")) {
         snprintf(error, EX_ERROR_SIZE, "shadowfield: build=gpu needs --backend gl");
     } else if (lazy && job->gl) {
@@ -1169,6 +1170,7 @@ static const rd_key keys[] = {
       "of materials=full: glTF's BRDF, or a lobe as wide; auto: gltf" },
     { "lazy", RD_WORD, "0|1", 0, 0, "0", "1 keeps what hides each light until that moves, or the eye with materials=full" },
     { "build", RD_WORD, "cpu|gpu", 0, 0, "cpu", "where fields of meshes are made; gpu needs --backend gl" },
+    { "cube_side", RD_INTEGER, "0", 4, 64, "0", "texels a side of a cube's face, a power of two; 0: 16, wavelets 32" },
     { "keep", RD_NUMBER, NULL, 0, 1, "0", "share of wavelets kept of a cube; 0: 0.01" },
     { "reach", RD_NUMBER, NULL, 0, 1000, "0", "how far objects hide, in radii; 0: their outermost shell" },
     { "point_spacing", RD_NUMBER, NULL, 0.001, 1, "0.02", "of shaded points, in radii of the scene" },

@@ -36,7 +36,7 @@ static int out_of_memory(char *error)
 }
 
 /* Makes the scene of fields of either basis. */
-static glbk_result make_scene(sf_gl *g, const glbk_sfield_scene_desc *d)
+static glbk_result make_scene(sf_gl *g, uint32_t cube_side, const glbk_sfield_scene_desc *d)
 {
     glbk_sfield_haar_scene_desc h;
     if (!g->wavelets)
@@ -44,6 +44,7 @@ static glbk_result make_scene(sf_gl *g, const glbk_sfield_scene_desc *d)
     memset(&h, 0, sizeof h);
     h.fields = d->fields;
     h.field_count = d->field_count;
+    h.cube_side = cube_side;
     h.entity_capacity = d->entity_capacity;
     h.reach = d->reach;
     return glbk_sfield_haar_upload(g->gl, &h, &g->scene);
@@ -66,7 +67,7 @@ int sf_gl_fields(sf_gl *g, const rd_job *job, const sfield_field *const *fields,
         if (fields[i])
             there[d.field_count++] = fields[i];
     if (there)
-        r = make_scene(g, &d);
+        r = make_scene(g, (uint32_t)rd_setting_integer(job->settings, "cube_side"), &d);
     free((void *)(size_t)there);
     return r == GLBK_OK ? 0 : gl_failed("fields", r, error);
 }
@@ -120,6 +121,7 @@ static glbk_result make_haar(sf_gl *g, uint32_t width, uint32_t height)
     memset(&d, 0, sizeof d);
     d.width = width;
     d.height = height;
+    d.cube_side = g->scene.cube_side;
     d.self = 1;
     return glbk_sfield_haar_create(g->gl, &d, &g->haar);
 }

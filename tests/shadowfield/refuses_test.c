@@ -354,6 +354,7 @@ static void scenes_refuse_bad_arguments(void **state)
     IS(sfield_scene_environment(haar, sky, 1, 1, NULL), OK);
     IS(sfield_scene_sky(haar, texels), OK);
     assert_true(fabsf(texels[0] - 1) < 1e-5f && fabsf(texels[3 * 6 * 64 - 1] - 1) < 1e-5f);
+    IS(sfield_scene_environment(haar, NULL, 0, 0, NULL), OK);
     IS(sfield_scene_environment(sh, sky, 1, 1, NULL), OK);
     IS(sfield_scene_sky(sh, coefs), OK);
     assert_true(fabsf(coefs[32] - 3.5449077f) < 1e-5f && fabsf(coefs[33]) < 1e-6f);
