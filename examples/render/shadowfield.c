@@ -1053,6 +1053,21 @@ static int build_bounces(sf_state *s, const rd_job *job, char *error)
     return r == SFIELD_OK ? 0 : failed("what objects send on", r, error);
 }
 
+static sfield_scene_desc scene_desc_of(const rd_job *job, sfield_basis basis)
+{
+    sfield_scene_desc d;
+    memset(&d, 0, sizeof d);
+    d.basis = basis;
+    d.bands = (uint32_t)rd_setting_integer(job->settings, "bands");
+    d.cube_side = (uint32_t)rd_setting_integer(job->settings, "cube_side");
+    d.product = rd_setting_is(job->settings, "product", "exp") ? SFIELD_PRODUCT_EXP : SFIELD_PRODUCT_DEFAULT;
+    d.reach = (float)rd_setting_number(job->settings, "reach");
+    d.system.parallel_for = ex_pool_run;
+    d.system.log = ex_pool_log;
+    d.system.user = job->pool;
+    return d;
+}
+
 static int open_shadowfield(void **opaque, const rd_job *job, char *error)
 {
     const int lazy = rd_setting_is(job->settings, "lazy", "1");
@@ -1066,15 +1081,7 @@ static int open_shadowfield(void **opaque, const rd_job *job, char *error)
     s->full = rd_setting_is(job->settings, "materials", "full");
     s->gltf = s->full && !rd_setting_is(job->settings, "gloss", "phong");
     s->material = calloc(objects + 1, sizeof *s->material);
-    memset(&d, 0, sizeof d);
-    d.basis = s->basis;
-    d.bands = (uint32_t)rd_setting_integer(job->settings, "bands");
-    d.cube_side = (uint32_t)rd_setting_integer(job->settings, "cube_side");
-    d.product = rd_setting_is(job->settings, "product", "exp") ? SFIELD_PRODUCT_EXP : SFIELD_PRODUCT_DEFAULT;
-    d.reach = (float)rd_setting_number(job->settings, "reach");
-    d.system.parallel_for = ex_pool_run;
-    d.system.log = ex_pool_log;
-    d.system.user = job->pool;
+    d = scene_desc_of(job, s->basis);
     s->light = calloc(lights, sizeof *s->light);
     s->light_object = calloc(lights, sizeof *s->light_object);
     s->light_of = calloc(lights, sizeof *s->light_of);
