@@ -44,8 +44,8 @@ static sfield_desc desc_of_bounce(void)
 {
     sfield_desc d;
     memset(&d, 0, sizeof d);
-    d.shell_count = 12;
-    d.position_side = 9;
+    d.shell_count = 8;
+    d.position_side = 7;
     return d;
 }
 
@@ -73,14 +73,14 @@ static void facing_patches_exchange_light_by_their_form_factor(void **state)
     static const double at[3] = { 0.7, 1, 2 };
     static const char *const names[3] = { "irradiance from a lit square of sides 1, 0.7 away", "1 away", "2 away" };
     model m = model_plate(0.5);
-    sfield_bounce *bounce = bounce_of(&m, 0.8f, 0.4f, 0, 16);
+    sfield_bounce *bounce = bounce_of(&m, 0.8f, 0.4f, 0, 9);
     sfield_points points;
     float *rgb;
     size_t i;
     int k;
     (void)state;
     sfield_bounce_points(bounce, &points);
-    assert_int_equal(points.count, 64);
+    assert_int_equal(points.count, 36);
     rgb = (float *)malloc(3 * points.count * sizeof *rgb);
     assert_non_null(rgb);
     for (i = 0; i < 3 * points.count; i++) rgb[i] = 1;
@@ -208,7 +208,7 @@ static void a_lit_floor_lights_the_wall_and_what_stands_between_hides_it(void **
     model m = model_plate(1), screen = model_box(0.02, 0.5, 1.2);
     const sfield_desc d = desc_of_bounce();
     sfield_mesh mesh = mesh_of(&m), between = mesh_of(&screen);
-    sfield_bounce *bounce = bounce_of(&m, 0.75f, 0.25f, 0.5f, 24);
+    sfield_bounce *bounce = bounce_of(&m, 0.75f, 0.25f, 0.5f, 12);
     sfield_field *plate, *screened, *lamp;
     sfield_emitter e;
     float rgb[3], hidden[3];

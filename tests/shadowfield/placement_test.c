@@ -152,14 +152,15 @@ static void a_bound_is_kept_between_the_places_that_were_measured(void **state)
 static void placed_shells_err_less_than_the_papers_at_equal_memory(void **state)
 {
     sfield_desc d = desc_of(0);
+    sfield_placement p;
     double error[3];
     size_t bytes[3];
     int i;
     (void)state;
     d.shell_count = 6;
     d.position_side = 24;
+    p = placed(&d, 0);
     for (i = 0; i < 3; i++) {
-        const sfield_placement p = placed(&d, 0);
         sfield_desc own = d;
         sfield_field *f;
         own.spacing = i == 0 ? SFIELD_SPACING_UNIFORM : SFIELD_SPACING_GEOMETRIC;
