@@ -747,7 +747,8 @@ static void what_the_user_drew_becomes_the_map_that_would_be_drawn(void **state)
                               j.light / j.flux);
                 assert_true(j.seen > DRAWN * DRAWN / 2);
                 assert_true(j.other <= j.seen / 200);
-                assert_true(j.apart < 1e-3 && j.turned < 1e-4);
+                /* Where corners of triangles lie on a coarse grid, depths at a pixel's middle differ more. */
+                assert_true(j.apart < (gl_corner_grid(t) < 256 ? 5e-3 : 1e-3) && j.turned < 1e-4);
                 assert_true(fabs(j.light / j.flux) < 0.002);
             }
     scene_free(t, &s);
