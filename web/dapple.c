@@ -176,10 +176,11 @@ EMSCRIPTEN_KEEPALIVE glbk_context *dp_attach(unsigned first_unit, unsigned first
     return NULL;
 }
 
-/* lost: the context is gone, and with it all objects. */
-EMSCRIPTEN_KEEPALIVE void dp_detach(glbk_context *gl, int lost)
+/* The context is gone, and with it all objects: what is freed from now on calls GL no more. */
+EMSCRIPTEN_KEEPALIVE void dp_lost(glbk_context *gl) { glbk_abandon(gl); }
+
+EMSCRIPTEN_KEEPALIVE void dp_detach(glbk_context *gl)
 {
-    if (lost) glbk_abandon(gl);
     glbk_free(gl);
     free(gl);
 }

@@ -30,18 +30,30 @@ export function buildHere(mesh: Mesh, options?: BuildOptions): Promise<Uint8Arra
 /** Takes a context of yours. Two texture units from firstUnit (12) on and the binding firstBlock (6) are used. */
 export function attach(context: WebGL2RenderingContext, options?: { firstUnit?: number; firstBlock?: number }): Promise<Attached>;
 
+/** The library on a context of yours. */
 export interface Attached {
+    /** Uploads blocks, files of csm.h, with room for so many instances of them, of which none is placed yet. */
     maps(blocks: Uint8Array[], capacity?: number): Maps;
-    glsl(options?: { uses?: string; defines?: string }): string;
+    /** The text of the library's functions, for a shader of GLSL ES 3.00: after `#version`, before functions of yours. */
+    glsl(options?: {
+        /** library files, by name and with spaces between; csm_visible */
+        uses?: string;
+        /** `NAME=value` with spaces between: Maps.defines makes the program fast, and right for such maps only */
+        defines?: string;
+    }): string;
+    /** Once for each program that is linked with glsl(). */
     setSlots(program: WebGLProgram): void;
+    /** Frees its maps and itself. lost: after the event webglcontextlost; then attach anew when the context is back. */
     free(options?: { lost?: boolean }): void;
 }
 
+/** Blocks on the GPU and where their objects stand. */
 export interface Maps {
     /** for Attached.glsl */
     readonly defines: string;
-    /** rotation, one scale > 0, translation, column by column */
+    /** Replaces all instances; the shader counts them from 1. block: number in Attached.maps, 0; matrix: rotation, one scale > 0, translation, column by column. */
     place(instances: { block?: number; matrix: ArrayLike<number> & Iterable<number> }[]): void;
+    /** Each frame, before your draws that ask; the units and the binding stay taken until somebody else takes them. */
     bind(): void;
     free(): void;
 }

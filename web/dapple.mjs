@@ -91,7 +91,7 @@ export async function attach(context, { firstUnit = 12, firstBlock = 6 } = {}) {
 }
 
 class Attached {
-    #program; #handle; #gl;
+    #program; #handle; #gl; #maps = new Set();
 
     constructor(program, handle, gl) {
         this.#program = program;
@@ -118,7 +118,9 @@ class Attached {
             const scene = this.#call('dp_scene_create', 'number', numbers(4), [this.#gl, list, opened.length, capacity]);
             program._free(list);
             if (!scene) throw last(program);
-            return new Maps(program, (...a) => this.#call(...a), this.#gl, scene);
+            const made = new Maps(program, (...a) => this.#call(...a), this.#gl, scene, () => this.#maps.delete(made));
+            this.#maps.add(made);
+            return made;
         } finally {
             for (const maps of opened) program.ccall('dp_free', null, ['number'], [maps]);
         }
@@ -144,14 +146,19 @@ class Attached {
         if (result !== 0) throw last(this.#program);
     }
 
-    /* lost: after the event webglcontextlost. */
-    free({ lost = false } = {}) { this.#call('dp_detach', null, numbers(2), [this.#gl, lost ? 1 : 0]); }
+    /* Frees its maps, too. lost: after the event webglcontextlost. */
+    free({ lost = false } = {}) {
+        if (lost) this.#call('dp_lost', null, ['number'], [this.#gl]);
+        for (const maps of [...this.#maps]) maps.free();
+        this.#call('dp_detach', null, ['number'], [this.#gl]);
+    }
 }
 
 class Maps {
-    #program; #call; #gl; #scene;
+    #program; #call; #gl; #scene; #freed;
 
-    constructor(program, call, gl, scene) {
+    constructor(program, call, gl, scene, freed) {
+        this.#freed = freed;
         this.#program = program;
         this.#call = call;
         this.#gl = gl;
@@ -172,5 +179,9 @@ class Maps {
     /* Binds textures and uniform block; they stay bound until somebody takes their units. */
     bind() { this.#call('dp_bind', null, numbers(2), [this.#gl, this.#scene]); }
 
-    free() { this.#call('dp_scene_free', null, numbers(2), [this.#gl, this.#scene]); }
+    free() {
+        this.#call('dp_scene_free', null, numbers(2), [this.#gl, this.#scene]);
+        this.#scene = 0;
+        this.#freed();
+    }
 }

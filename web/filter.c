@@ -95,7 +95,6 @@ int pg_scene_create(pg_stage *stage, char *error)
 
 static void free_sized(pg_stage *stage)
 {
-    glbk_rsm_renderer_free(stage->gl, &filter.rsm);
     glbk_target_free(stage->gl, &filter.noisy_target);
     glbk_texture_free(stage->gl, &filter.noisy);
 }
@@ -103,6 +102,7 @@ static void free_sized(pg_stage *stage)
 void pg_scene_free(pg_stage *stage)
 {
     free_sized(stage);
+    glbk_rsm_renderer_free(stage->gl, &filter.rsm);
     glbk_program_free(stage->gl, &filter.split);
     glbk_rsm_map_free(stage->gl, &filter.map);
     pg_model_release(&filter.model, stage->gl);
@@ -120,7 +120,8 @@ static glbk_result fit(pg_stage *stage)
     size.width = stage->width;
     size.height = stage->height;
     size.denoise = 1;
-    result = glbk_rsm_renderer_create(stage->gl, &size, &filter.rsm);
+    if (filter.rsm.width) result = glbk_rsm_renderer_resize(stage->gl, &filter.rsm, stage->width, stage->height);
+    else result = glbk_rsm_renderer_create(stage->gl, &size, &filter.rsm);
     return result == GLBK_OK ? pg_stage_target(stage, &filter.noisy, &filter.noisy_target) : result;
 }
 

@@ -8,8 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { BANDS = 5, COEFS = BANDS * BANDS, PIECES = 32, KINDS = 6, LAMPS = 2, ENTITIES = PIECES + LAMPS };
-enum { LAMP_LIGHT, SKY_LIGHT, LAMP_COUNT };             /* knobs */
+enum { MOST_BANDS = 6, COEFS = MOST_BANDS * MOST_BANDS, PIECES = 32, KINDS = 6, LAMPS = 2, ENTITIES = PIECES + LAMPS };
+enum { LAMP_LIGHT, SKY_LIGHT, LAMP_COUNT, BANDS, POSITION_SIDE, SHELLS, REACH };    /* knobs */
 
 static const float lamp_radius = 0.1f, lamp_height = 0.25f, grip = 0.03f, cell = 0.005f;
 static const float sky_tint[3] = { 0.75f, 0.87f, 1 };
@@ -19,6 +19,8 @@ static struct game {
     pg_model             model;         /* objects: the board, pieces, the table */
     sfield_algebra      *algebra;
     sfield_field        *kinds[KINDS], *lamp;
+    uint32_t             bands, position_side, shells;  /* of the fields; 0: they are not built */
+    float                reach;                         /* of the scene on the GPU */
     glbk_sfield_scene    scene;
     glbk_sfield_renderer renderer;
     glbk_program         light;
@@ -82,10 +84,10 @@ static int build_kind(int kind)
     sfield_desc desc;
     int failed = !indices;
     memset(&desc, 0, sizeof desc);
-    desc.bands = BANDS;
+    desc.bands = game.bands;
     desc.cube_side = 16;
-    desc.position_side = 8;                     /* coarser than by default, since a browser builds them as you wait */
-    desc.shell_count = 6;
+    desc.position_side = game.position_side;
+    desc.shell_count = game.shells;
     desc.outer = 3;                             /* further off a piece is too small for the bands, and costs time */
     failed = failed || simplify(from, indices, &mesh.index_count) != 0 ||
              sfield_build(&desc, &mesh, &game.kinds[kind], NULL) != SFIELD_OK;
@@ -101,29 +103,49 @@ static void lay_in(ex_scene *scene)
     table->transform[13] += 0.0155f;
 }
 
-static int build(char *error)
+static void free_fields(void)
+{
+    for (int kind = 0; kind < KINDS; kind++) {
+        sfield_free(game.kinds[kind]);
+        game.kinds[kind] = NULL;
+    }
+    sfield_free(game.lamp);
+    sfield_algebra_free(game.algebra);
+    game.lamp = NULL;
+    game.algebra = NULL;
+    game.bands = 0;
+}
+
+/* Fields of all kinds and of a lamp. Their numbers are set. */
+static int build_fields(char *error)
 {
     sfield_emitter lamp;
     sfield_desc desc;
-    ex_scene scene;
     int failed;
     memset(&lamp, 0, sizeof lamp);
     memset(&desc, 0, sizeof desc);
-    desc.bands = BANDS;
+    desc.bands = game.bands;
     lamp.kind = SFIELD_EMITTER_SPHERE;
     lamp.radius = lamp_radius;
     lamp.radiance[0] = lamp.radiance[1] = lamp.radiance[2] = 1;
+    failed = sfield_algebra_create(game.bands, NULL, &game.algebra) != SFIELD_OK ||
+             sfield_build_emitter(&desc, &lamp, &game.lamp, NULL) != SFIELD_OK;
+    for (int kind = 0; kind < KINDS && !failed; kind++) failed = build_kind(kind) != 0;
+    if (!failed) return 0;
+    free_fields();
+    return ex_fail(error, "the fields cannot be built");
+}
+
+static int build(char *error)
+{
+    ex_scene scene;
     if (ex_scene_builtin(&scene, "chess", 0, error) != 0) return -1;
     if (ex_scene_set_time(&scene, game_time, error) != 0) {
         ex_scene_free(&scene);
         return -1;
     }
     lay_in(&scene);
-    if (pg_model_take(&game.model, &scene, 1, error) != 0) return -1;
-    failed = sfield_algebra_create(BANDS, NULL, &game.algebra) != SFIELD_OK ||
-             sfield_build_emitter(&desc, &lamp, &game.lamp, NULL) != SFIELD_OK;
-    for (int kind = 0; kind < KINDS && !failed; kind++) failed = build_kind(kind) != 0;
-    return failed ? ex_fail(error, "the fields cannot be built") : 0;
+    return pg_model_take(&game.model, &scene, 1, error);
 }
 
 static void place_handles(pg_stage *stage)
@@ -164,26 +186,47 @@ static const char light_text[] =
 
 int pg_scene_create(pg_stage *stage, char *error)
 {
-    const sfield_field *fields[KINDS + 1];
-    glbk_sfield_scene_desc desc;
     glbk_source source;
     glbk_result result;
-    memset(&desc, 0, sizeof desc);
     memset(&source, 0, sizeof source);
-    if (!game.lamp && build(error) != 0) return -1;
+    source.fragment = light_text;
+    source.uses = "gbuffer";
+    source.parts[0] = glbk_gbuffer_part();
+    if (!game.model.scene.object_count && build(error) != 0) return -1;
     place_handles(stage);
+    if (pg_model_upload(&game.model, stage->gl, error) != 0) return -1;
+    result = glbk_program_compile(stage->gl, &source, &game.light);
+    return result == GLBK_OK ? 0 : pg_failed("the set", result, error);
+}
+
+/* Fields as the knobs say, here and on the GPU, unless they are as they were. */
+static int make_fields(pg_stage *stage, const float knobs[PG_KNOBS], char *error)
+{
+    const uint32_t bands = (uint32_t)knobs[BANDS], side = (uint32_t)knobs[POSITION_SIDE], shells = (uint32_t)knobs[SHELLS];
+    const sfield_field *fields[KINDS + 1];
+    glbk_sfield_scene_desc desc;
+    glbk_result result;
+    const int same = game.bands == bands && game.position_side == side && game.shells == shells;
+    memset(&desc, 0, sizeof desc);
+    if (same && game.scene.table.name && game.reach == knobs[REACH]) return 0;
+    glbk_sfield_scene_free(stage->gl, &game.scene);
+    if (!same) {
+        glbk_sfield_renderer_free(stage->gl, &game.renderer);       /* which has a program for so many bands */
+        free_fields();
+        game.bands = bands;
+        game.position_side = side;
+        game.shells = shells;
+        if (build_fields(error) != 0) return -1;
+    }
     for (int i = 0; i < KINDS; i++) fields[i] = game.kinds[i];
     fields[KINDS] = game.lamp;
     desc.algebra = game.algebra;
     desc.fields = fields;
     desc.field_count = KINDS + 1;
     desc.entity_capacity = ENTITIES;
-    source.fragment = light_text;
-    source.uses = "gbuffer";
-    source.parts[0] = glbk_gbuffer_part();
-    if (pg_model_upload(&game.model, stage->gl, error) != 0) return -1;
+    desc.reach = knobs[REACH];
     result = glbk_sfield_scene_create(stage->gl, &desc, &game.scene);
-    if (result == GLBK_OK) result = glbk_program_compile(stage->gl, &source, &game.light);
+    game.reach = knobs[REACH];
     return result == GLBK_OK ? 0 : pg_failed("the set", result, error);
 }
 
@@ -201,7 +244,8 @@ static glbk_result fit(pg_stage *stage)
 {
     glbk_sfield_renderer_desc desc;
     if (game.renderer.width == stage->width && game.renderer.height == stage->height) return GLBK_OK;
-    glbk_sfield_renderer_free(stage->gl, &game.renderer);
+    if (game.renderer.width)
+        return glbk_sfield_renderer_resize(stage->gl, &game.renderer, stage->width, stage->height);
     memset(&desc, 0, sizeof desc);
     desc.width = stage->width;
     desc.height = stage->height;
@@ -250,15 +294,16 @@ static void project_sky(float coefs[COEFS])
         sfield_cube_texel(SIDE, i, direction);
         texels[i] = sky_at(direction[1]);
     }
-    sfield_sh_project(BANDS, SIDE, texels, 1, coefs);
+    sfield_sh_project(game.bands, SIDE, texels, 1, coefs);
 }
 
 static glbk_result set_sky(pg_stage *stage, float light)
 {
     float one[COEFS], coefs[3 * COEFS];
+    const uint32_t count = game.bands * game.bands;
     project_sky(one);
-    for (int k = 0; k < 3; k++) {
-        for (int i = 0; i < COEFS; i++) coefs[COEFS * k + i] = light * sky_tint[k] * one[i];
+    for (uint32_t k = 0; k < 3; k++) {
+        for (uint32_t i = 0; i < count; i++) coefs[count * k + i] = light * sky_tint[k] * one[i];
         stage->backdrop[k] = 0.5f * light * sky_tint[k] + 0.01f;
     }
     return glbk_sfield_scene_sky(stage->gl, &game.scene, light > 0 ? coefs : NULL);
@@ -273,11 +318,13 @@ int pg_scene_light(pg_stage *stage, const float knobs[PG_KNOBS], float time, cha
 {
     glbk_context *gl = stage->gl;
     glbk_pass pass;
-    glbk_result result = fit(stage);
+    glbk_result result;
     (void)time;
     memset(&pass, 0, sizeof pass);
     pass.target = &stage->light_target;
     stage->exposure = 1;
+    if (make_fields(stage, knobs, error) != 0) return -1;
+    result = fit(stage);
     if (result == GLBK_OK) result = place(stage, knobs);
     if (result == GLBK_OK) result = set_sky(stage, knobs[SKY_LIGHT]);
     if (result == GLBK_OK) result = draw(stage);

@@ -92,11 +92,28 @@ function turn(angle) {
     const slider = element('turn');
     if (!slider) return;
     slider.value = ((+slider.value + angle + 180) % 360 + 360) % 360 - 180;
+    slider.show();
     moved();
+}
+
+/* Each slider says its number. */
+function showNumbers() {
+    for (const slider of document.querySelectorAll('#panel input[type=range]')) {
+        const shown = document.createElement('output');
+        const show = () => {
+            const value = slider.dataset.power ? 2 ** slider.value : +slider.value;
+            shown.textContent = String(+value.toPrecision(3));
+        };
+        slider.after(shown);
+        slider.addEventListener('input', show);
+        slider.show = show;
+        show();
+    }
 }
 
 /* grab: { press(x, y), drag(x, y), release() } of things in the picture, x and y -1..1; or none. keys: more of them. */
 function listen({ grab = null, keys = {} }) {
+    showNumbers();
     const pointers = new Map();
     const place = (e) => [2 * e.offsetX / canvas.clientWidth - 1, 1 - 2 * e.offsetY / canvas.clientHeight];
     let held = null;

@@ -4,9 +4,12 @@
 
 #include <emscripten.h>
 #include <emscripten/html5.h>
+#include <malloc.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+enum { MOST_BYTES = 512 << 20 };    /* of maps that are laid out for speed */
 
 static struct product {
     glbk_context gl;
@@ -77,7 +80,7 @@ EMSCRIPTEN_KEEPALIVE int pd_size(unsigned width, unsigned height)
     return pd_picture_resize(&page.picture, width, height, page.error);
 }
 
-/* builtin:NAME, or the path of a .hdr file. */
+/* builtin:NAME, or the path of a .hdr file; "dark": of two texels, to begin with. */
 EMSCRIPTEN_KEEPALIVE int pd_sky(const char *path)
 {
     static const char builtin[] = "builtin:";
@@ -85,6 +88,13 @@ EMSCRIPTEN_KEEPALIVE int pd_sky(const char *path)
     int result;
     page.error[0] = 0;
     memset(&sky, 0, sizeof sky);
+    if (strcmp(path, "dark") == 0) {
+        static float texels[6] = { 0.1f, 0.1f, 0.1f, 0.1f, 0.1f, 0.1f };
+        sky.width = 2;
+        sky.height = 1;
+        sky.rgb = texels;
+        return pd_picture_sky(&page.picture, &sky, page.error);
+    }
     if (strncmp(path, builtin, sizeof builtin - 1) == 0)
         result = ex_sky_builtin(&sky, path + sizeof builtin - 1, page.error);
     else result = ex_sky_load(&sky, path, page.error);
@@ -112,14 +122,50 @@ EMSCRIPTEN_KEEPALIVE int pd_load(const char *path)
 
 EMSCRIPTEN_KEEPALIVE unsigned pd_triangles(void) { return (unsigned)ex_scene_triangles(&page.model.scene); }
 
-/* Builds the maps of the model that is loaded. */
-EMSCRIPTEN_KEEPALIVE int pd_build(unsigned side, unsigned map_side)
+/* Maps of a mesh. All have one order and one orientation, so that one program asks those of every model. */
+static int build_maps(cohsm_desc *desc, const cohsm_mesh *mesh)
+{
+    cohsm_result result;
+    desc->system.log = hear;
+    desc->order = COHSM_ORDER_HILBERT;
+    desc->orientation = COHSM_ORIENTATION_POLAR;
+    cohsm_free(page.maps);
+    page.maps = NULL;
+    result = cohsm_build(desc, mesh, &page.maps, NULL);
+    if (result == COHSM_OK) return 0;
+    if (!page.error[0]) snprintf(page.error, sizeof page.error, "%s", cohsm_result_text(result));
+    return -1;
+}
+
+/* Four maps of a triangle, taken as the model's: by them shaders are compiled before its own are there. */
+EMSCRIPTEN_KEEPALIVE int pd_build_few(void)
+{
+    static const float corners[9] = { 0, 0, 0, 1, 0, 0, 0, 1, 0 };
+    const void *block;
+    size_t bytes;
+    cohsm_desc desc;
+    cohsm_mesh mesh;
+    memset(&desc, 0, sizeof desc);
+    memset(&mesh, 0, sizeof mesh);
+    page.error[0] = 0;
+    mesh.positions = corners;
+    mesh.vertex_count = 3;
+    desc.domain.side[0] = desc.domain.side[1] = 2;
+    desc.map_side = 16;
+    if (build_maps(&desc, &mesh) != 0) return -1;
+    block = cohsm_data(page.maps, &bytes);
+    return pd_picture_maps(&page.picture, block, bytes, page.model.radius, page.error);
+}
+
+/* Builds the maps of the model that is loaded. What the numbers mean: cohsm_desc. */
+EMSCRIPTEN_KEEPALIVE int pd_build(unsigned side, unsigned map_side, unsigned layers, unsigned depth_bits,
+                                  float open_thickness)
 {
     cohsm_desc desc;
     cohsm_mesh mesh;
     float *positions;
     uint32_t *indices;
-    cohsm_result result;
+    int result;
     memset(&desc, 0, sizeof desc);
     memset(&mesh, 0, sizeof mesh);
     page.error[0] = 0;
@@ -130,18 +176,15 @@ EMSCRIPTEN_KEEPALIVE int pd_build(unsigned side, unsigned map_side)
     mesh.positions = positions;
     mesh.indices = indices;
     desc.system.progress = progress;
-    desc.system.log = hear;
     desc.domain.side[0] = desc.domain.side[1] = side;
     desc.map_side = map_side;
-    desc.order = COHSM_ORDER_HILBERT;
-    cohsm_free(page.maps);
-    page.maps = NULL;
-    result = cohsm_build(&desc, &mesh, &page.maps, NULL);
+    desc.layers = (cohsm_layers)layers;
+    desc.depth_bits = depth_bits;
+    desc.open_thickness = open_thickness;
+    result = build_maps(&desc, &mesh);
     free(positions);
     free(indices);
-    if (result == COHSM_OK) return 0;
-    if (!page.error[0]) snprintf(page.error, sizeof page.error, "%s", cohsm_result_text(result));
-    return -1;
+    return result;
 }
 
 EMSCRIPTEN_KEEPALIVE const void *pd_block(void)
@@ -158,25 +201,31 @@ EMSCRIPTEN_KEEPALIVE size_t pd_block_bytes(void)
 }
 
 /* Takes a block, whose bytes may go afterwards, as the maps of the model that is loaded. It may be anybody's file:
-   csm.h checks it. */
-EMSCRIPTEN_KEEPALIVE int pd_open(const void *data, size_t bytes)
+   csm.h checks it. fast: they are laid out for speed, unless they are too large so. */
+EMSCRIPTEN_KEEPALIVE int pd_open(const void *data, size_t bytes, int fast)
 {
+    const cohsm_layout layout = fast ? COHSM_LAYOUT_BUDGET : COHSM_LAYOUT_COMPACT;
+    const void *block;
     cohsm_system system;
     cohsm_maps *maps;
     cohsm_result result;
     memset(&system, 0, sizeof system);
     page.error[0] = 0;
     system.log = hear;
-    result = cohsm_open(data, bytes, &system, &maps);
+    result = cohsm_open_as(data, bytes, layout, MOST_BYTES, &system, &maps);
     if (result != COHSM_OK) {
         if (!page.error[0]) snprintf(page.error, sizeof page.error, "%s", cohsm_result_text(result));
         return -1;
     }
     cohsm_free(page.maps);
     page.maps = maps;
-    data = cohsm_data(maps, &bytes);                   /* a packed file is unpacked now */
-    return pd_picture_maps(&page.picture, data, bytes, page.model.radius, page.error);
+    block = cohsm_fast_data(maps, &bytes);
+    if (!block) block = cohsm_data(maps, &bytes);       /* a packed file is unpacked now */
+    return pd_picture_maps(&page.picture, block, bytes, page.model.radius, page.error);
 }
+
+/* Bytes that are taken of the program's memory, for tests. */
+EMSCRIPTEN_KEEPALIVE unsigned pd_memory(void) { return (unsigned)mallinfo().uordblks; }
 
 /* ---- frames ---- */
 
@@ -188,6 +237,15 @@ EMSCRIPTEN_KEEPALIVE int pd_frame(float azimuth, float elevation, float distance
     page.picture.stage.exposure = 0.9f * exposure / page.picture.stage.sky_light;
     page.picture.stage.show_sky = show_sky;
     return pd_picture_frame(&page.picture, &page.model, &view, sky_turn, samples, anew, page.error);
+}
+
+/* How maps are asked and lights sampled from now on: see pd_question. */
+EMSCRIPTEN_KEEPALIVE void pd_ask(int filter, float bias, float offset, int sampling)
+{
+    page.picture.how.filter = (cohsm_filter)filter;
+    page.picture.how.bias = bias;
+    page.picture.how.offset = offset;
+    page.picture.how.sampling = (lsamp_sampling)sampling;
 }
 
 /* How many frames the mean has that is shown. */

@@ -7,13 +7,21 @@
 #include "../gl_backend/gl_csm.h"
 #include "stage.h"
 
+typedef struct pd_question {         /* how the maps are asked */
+    cohsm_filter   filter;
+    float          bias;            /* as in glbk_csm_frame_desc */
+    float          offset;          /* of receivers, in radii of the model */
+    lsamp_sampling sampling;
+} pd_question;
+
 typedef struct pd_picture {
     pg_stage           stage;
     glbk_csm_renderer  renderer;
     glbk_csm_lights    lights;      /* the sky */
     uint32_t           sky_start;
     glbk_csm_maps      maps;        /* none until pd_picture_maps */
-    float              offset;      /* of receivers, world */
+    float              radius;      /* of the model that the maps are of */
+    pd_question        how;         /* set at will */
 } pd_picture;
 
 /* Loads a file, or builtin:NAME. 0, or -1 with one line in error (EX_ERROR_SIZE). */

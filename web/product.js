@@ -4,19 +4,39 @@
 'use strict';
 
 const SIDES = [[16, 64], [48, 128], [96, 128]];     // maps a side of the directions, pixels a side of a map
+const FIRST = 0.5;                                  // the first picture has pixels of twice the size, to come soon; all of them follow
+const number = (id) => { const e = element(id); return e.type === 'checkbox' ? +e.checked : +e.value; };
+/* A limit or a bias of 0 stands for the default, and a negative one for none. */
+const orNone = (value) => value > 0 ? value : -1;
 
 Object.assign(state, { worker: null, model: 'builtin:knot', sky: 'builtin:sky', files: new Map(), block: null, blockOf: '', stages: [], shown: false });
 const call = (name, types, ...values) => callC('pd', name, types, values);
 
 /* ---- building ---- */
 
+/* The program's WebAssembly, which product.wasm.js has as text, compiled once. */
+const compiled = WebAssembly.compile((() => {
+    const text = atob(DappleProduct.wasm), bytes = new Uint8Array(text.length);
+    for (let i = 0; i < bytes.length; i++) bytes[i] = text.charCodeAt(i);
+    DappleProduct.wasm = null;
+    return bytes;
+})());
+
+/* For Emscripten's options: begins with WebAssembly that is compiled. */
+function fromModule(module) {
+    return (imports, receive) => {
+        WebAssembly.instantiate(module, imports).then((instance) => receive(instance, module));
+        return {};
+    };
+}
+
 /* The worker's own program: it is this text, with that of product.wasm.js before it, since a page from the disk may not
    fetch scripts for workers. */
 function work() {
     self.onmessage = async (event) => {
-        const { name, bytes, sides } = event.data;
+        const { name, bytes, sides, how, module, waits } = event.data;
         const told = (fraction) => { self.postMessage({ fraction }); return false; };
-        const program = await self.DappleProduct({ onProgress: told, print: () => {}, printErr: () => {} });
+        const program = await self.DappleProduct({ onProgress: told, print: () => {}, printErr: () => {}, instantiateWasm: fromModule(module) });
         const text = (f) => program.ccall(f, 'string', [], []);
         if (bytes) program.FS.writeFile(name, bytes);
         if (program.ccall('pd_load', 'number', ['string'], [name]) !== 0)
@@ -24,11 +44,13 @@ function work() {
         for (const [side, map] of sides) {
             const started = performance.now();
             self.postMessage({ stage: side });
-            if (program.ccall('pd_build', 'number', ['number', 'number'], [side, map]) !== 0)
+            if (program.ccall('pd_build', 'number', Array(5).fill('number'), [side, map, ...how]) !== 0)
                 return self.postMessage({ error: text('pd_error') });
             const at = program.ccall('pd_block', 'number', [], []), size = program.ccall('pd_block_bytes', 'number', [], []);
             const block = program.HEAPU8.slice(at, at + size);
             self.postMessage({ block, side, ms: performance.now() - started }, [block.buffer]);
+            /* The first picture has the processors for itself: the page says when it is there. */
+            if (waits && side === sides[0][0]) await new Promise((go) => { self.onmessage = go; setTimeout(go, 3000); });
         }
         self.postMessage({ done: true });
     };
@@ -41,7 +63,8 @@ function stop() {
 }
 
 function build() {
-    const script = 'var _scriptDir = ""; self.DappleProduct = ' + DappleProduct.toString() + ';(' + work.toString() + ')();';
+    const script = 'var _scriptDir = ""; self.DappleProduct = ' + DappleProduct.toString() + ';' + fromModule.toString()
+        + ';(' + work.toString() + ')();';
     const url = URL.createObjectURL(new Blob([script], { type: 'text/javascript' }));
     stop();
     state.stages = [];
@@ -55,23 +78,43 @@ function build() {
         if (data.error) { say(data.error); stop(); }
         if (data.block) {
             state.stages.push(data.side);
-            give(data.block);
+            if (state.began) give(data.block);
+            else state.early = data.block;
             element('facts').textContent = `${data.side} x ${data.side} maps, ${(data.block.length / 1e6).toFixed(1)} MB, ` +
                 `built in ${(data.ms / 1000).toFixed(1)} s`;
         }
         if (data.done) stop();
     };
-    state.worker.postMessage({ name: state.model, bytes: state.files.get(state.model), sides: SIDES });
+    const how = [number('layers'), number('depthbits'), number('thickness')];
+    const worker = state.worker, waits = !state.shown;
+    const job = { name: state.model, bytes: state.files.get(state.model), sides: [...SIDES], how, waits };
+    compiled.then((module) => worker.postMessage({ ...job, module }));
 }
 
-/* Drivers compile the shaders when something is first drawn by them: a few pixels with maps of four directions, while the worker
-   builds those that will be seen. */
+/* Other maps are asked for: coarse ones first, as always. */
+function rebuild() {
+    const side = number('side'), pixels = number('pixels');
+    const coarse = [[16, Math.min(64, pixels)], [Math.ceil(side / 2), pixels]].filter(([s]) => s >= 16 && s < side);
+    SIDES.splice(0, SIDES.length, ...coarse, [side, pixels]);
+    build();
+}
+
+/* Drivers compile the shaders when something is first drawn by them: a few pixels with maps of four directions and a dark sky, while
+   the worker builds those that will be seen. */
 function warm() {
-    const at = (name) => state.program.ccall(`pd_${name}`, 'number', [], []);
-    if (!call('build', ['number', 'number'], 2, 16) || !call('open', ['number', 'number'], at('block'), at('block_bytes'))) return;
+    if (!call('sky', ['string'], 'dark') || !call('build_few', [])) return;
     canvas.width = canvas.height = 16;
     if (call('size', ['number', 'number'], 16, 16)) draw(1, 1);
     state.context.flush();
+}
+
+/* Files that were dropped are in the list of models, and that of skies, to be taken again: the last two of each. */
+function keep(list, end) {
+    const names = [...state.files.keys()].filter((name) => name.toLowerCase().endsWith(end));
+    for (const name of names.slice(0, -2).filter((n) => n !== state.model && n !== state.sky)) {
+        state.files.delete(name);
+        [...element(list).options].find((o) => o.value === name)?.remove();
+    }
 }
 
 /* Takes a block of csm.h as the maps of the model. */
@@ -80,7 +123,7 @@ function give(block) {
     let good = at !== 0;
     if (good) {
         state.program.HEAPU8.set(block, at);
-        good = call('open', ['number', 'number'], at, block.length);
+        good = call('open', Array(3).fill('number'), at, block.length, number('fast'));
         state.program._free(at);
     } else say('out of memory');
     if (!good) return false;
@@ -93,27 +136,27 @@ function give(block) {
 
 /* ---- models, skies, files ---- */
 
+function read(what, name) {
+    if (state.files.has(name)) state.program.FS.writeFile(name, state.files.get(name));
+    const good = call(what, ['string'], name);
+    if (state.files.has(name)) state.program.FS.unlink(name);
+    return good;
+}
+
 function load(name) {
     say('');
     const before = state.model;
-    if (state.files.has(name)) state.program.FS.writeFile(name, state.files.get(name));
-    const good = call('load', ['string'], name);
-    if (state.files.has(name)) state.program.FS.unlink(name);
-    if (!good) { state.files.delete(name); pick('model', before); return; }
+    if (!read('load', name)) { state.files.delete(name); pick('model', before); return; }
     state.model = name;
     state.ready = false;
     element('save').disabled = true;
     element('facts').textContent = `${state.program.ccall('pd_triangles', 'number', [], [])} triangles`;
     build();
-    if (!state.shown) warm();
 }
 
 function loadSky(name) {
     const before = state.sky;
-    if (state.files.has(name)) state.program.FS.writeFile(name, state.files.get(name));
-    const good = call('sky', ['string'], name);
-    if (state.files.has(name)) state.program.FS.unlink(name);
-    if (!good) { state.files.delete(name); pick('sky', before); return; }
+    if (!read('sky', name)) { state.files.delete(name); pick('sky', before); return; }
     say('');
     state.sky = name;
     state.anew = true;
@@ -129,13 +172,17 @@ async function take(file) {
     const bytes = new Uint8Array(await file.arrayBuffer());
     const name = file.name.replace(/[^A-Za-z0-9._-]/g, '_');
     if (/\.glb$/i.test(name)) {
+        state.files.delete(name);               // the one that was set last is the newest
         state.files.set(name, bytes);
         load(name);
         if (state.model === name) pick('model', name);
+        keep('model', '.glb');
     } else if (/\.hdr$/i.test(name)) {
+        state.files.delete(name);
         state.files.set(name, bytes);
         loadSky(name);
         if (state.sky === name) pick('sky', name);
+        keep('sky', '.hdr');
     } else if (/\.csm$/i.test(name)) {
         say('');
         if (give(bytes)) { stop(); element('facts').textContent = `maps from ${name}, ${(bytes.length / 1e6).toFixed(1)} MB`; }
@@ -150,18 +197,22 @@ function size() {
 }
 
 function draw(samples, anew) {
+    state.program.ccall('pd_ask', null, Array(4).fill('number'), [number('filter'), orNone(number('bias')), number('offset') / 100, number('sampling')]);
     return call('frame', ['number', 'number', 'number', 'number', 'number', 'number', 'number', 'number', 'number'], view.azimuth,
         view.elevation, view.distance, view.up, element('turn').value * Math.PI / 180, 2 ** element('exposure').value,
         samples, element('show').checked ? 1 : 0, anew);
 }
 
 function frame() {
+    if (!state.shown) state.scale = FIRST;
+    else if (!state.second && state.worker) state.worker.postMessage('go on');
+    state.second = state.shown;
     if (!size()) return;
     const frames = state.program.ccall('pd_frames', 'number', [], []);
     if (!state.anew && frames >= FULL) return;
     const anew = state.anew ? 1 : 0;
     state.anew = false;
-    draw(state.shown ? 2 ** element('samples').value : 1, anew);        // the first picture comes soonest
+    draw(2 ** element('samples').value, anew);
     state.shown = true;
     drawn(state.program.ccall('pd_frames', 'number', [], []));
 }
@@ -169,7 +220,9 @@ function frame() {
 /* ---- what the user does ---- */
 
 function listenToFiles() {
-    for (const id of ['turn', 'exposure', 'samples', 'show']) element(id).addEventListener('input', moved);
+    for (const id of ['turn', 'exposure', 'samples', 'show', 'filter', 'bias', 'offset', 'sampling']) element(id).addEventListener('input', moved);
+    for (const id of ['side', 'pixels', 'layers', 'depthbits', 'thickness']) element(id).addEventListener('change', rebuild);
+    element('fast').addEventListener('change', () => { if (state.block) give(state.block); });
     element('model').addEventListener('change', () => load(element('model').value));
     element('sky').addEventListener('change', () => loadSky(element('sky').value));
     element('open').addEventListener('change', (e) => { for (const file of e.target.files) take(file); e.target.value = ''; });
@@ -194,15 +247,21 @@ function save() {
 
 /* ---- start ---- */
 
-/* A context that comes back has nothing of ours: model, sky and maps are given to it again. */
+/* On a context that is new. One that comes back has nothing of ours: model, sky and maps are given to it again. The first time
+   a worker is building already, and shaders are compiled before the sky is made, since a GPU does that beside us. */
 function begin() {
-    const put = (name) => { if (state.files.has(name)) state.program.FS.writeFile(name, state.files.get(name)); };
-    if (!call('start', []) || !size()) return false;
-    put(state.sky);
-    if (!call('sky', ['string'], state.sky)) return false;
-    if (!state.block) { load(state.model); return true; }
-    put(state.model);
-    return call('load', ['string'], state.model) && give(state.block);
+    if (!call('start', []) || !read('load', state.model)) return false;
+    if (!state.shown) {
+        warm();
+        state.scale = FIRST;
+    }
+    if (!size() || !read('sky', state.sky)) return false;
+    state.began = true;
+    if (!state.block) state.block = state.early;
+    state.early = null;
+    if (state.block) return give(state.block);
+    if (!state.worker) build();
+    return true;
 }
 
 for (const name of ['knot', 'plant', 'robots', 'figure']) pick('model', 'builtin:' + name);
@@ -211,4 +270,7 @@ element('model').value = state.model;
 element('sky').value = state.sky;
 listen({});
 listenToFiles();
-startPage({ create: DappleProduct, begin, frame, lose() { state.program.ccall('pd_lost', null, [], []); } });
+startPage({ create: async (options) => {
+    build();
+    return DappleProduct({ ...options, instantiateWasm: fromModule(await compiled) });
+}, begin, frame, lose() { state.program.ccall('pd_lost', null, [], []); } });

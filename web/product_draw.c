@@ -27,6 +27,8 @@ int pd_model_load(pg_model *model, const char *path, char *error)
 int pd_picture_create(pd_picture *p, glbk_context *gl, char *error)
 {
     memset(p, 0, sizeof *p);
+    p->how.filter = COHSM_FILTER_ROULETTE;
+    p->how.offset = 0.01f;
     return pg_stage_create(&p->stage, gl, error);
 }
 
@@ -44,11 +46,11 @@ int pd_picture_resize(pd_picture *p, uint32_t width, uint32_t height, char *erro
     glbk_result result = GLBK_OK;
     if (pg_stage_resize(&p->stage, width, height, error) != 0) return -1;
     if (p->renderer.width == width && p->renderer.height == height) return 0;
-    glbk_csm_renderer_free(p->stage.gl, &p->renderer);
     memset(&desc, 0, sizeof desc);
     desc.width = width;
     desc.height = height;
-    result = glbk_csm_renderer_create(p->stage.gl, &desc, &p->renderer);
+    if (p->renderer.width) result = glbk_csm_renderer_resize(p->stage.gl, &p->renderer, width, height);
+    else result = glbk_csm_renderer_create(p->stage.gl, &desc, &p->renderer);
     return result == GLBK_OK ? 0 : pg_failed("the picture's textures", result, error);
 }
 
@@ -64,7 +66,7 @@ int pd_picture_maps(pd_picture *p, const void *data, size_t bytes, float radius,
     glbk_csm_maps_free(p->stage.gl, &p->maps);
     p->maps = maps;
     p->stage.frames = 0;
-    p->offset = 0.01f * radius;
+    p->radius = radius;
     return 0;
 }
 
@@ -102,7 +104,7 @@ static glbk_result shade(pd_picture *p, const pg_model *model, uint32_t samples,
     memset(&instance, 0, sizeof instance);
     memset(&pass, 0, sizeof pass);
     memcpy(instance.transform, transform, sizeof instance.transform);
-    instance.offset = p->offset;
+    instance.offset = p->how.offset * p->radius;
     result = glbk_csm_maps_place(p->stage.gl, &p->maps, &instance, 1);
     use.start = p->sky_start;
     use.kind = LSAMP_LIGHT_ENVIRONMENT;
@@ -115,7 +117,9 @@ static glbk_result shade(pd_picture *p, const pg_model *model, uint32_t samples,
     desc.planes[0][1] = 1;
     desc.planes[0][3] = model->ground;
     desc.plane_count = 1;
-    desc.filter = COHSM_FILTER_ROULETTE;
+    desc.filter = p->how.filter;
+    desc.bias = p->how.bias;
+    desc.sampling = p->how.sampling;
     desc.frame = p->stage.frames;
     glbk_csm_reset(&p->renderer);
     if (result == GLBK_OK) result = glbk_csm_render(p->stage.gl, &p->renderer, &p->stage.seen, &desc);

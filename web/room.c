@@ -10,9 +10,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SIDE = 64, VPLS = 256, SURFELS = 512, WALLS = 5, GRID = 8 };
+enum { WALLS = 5, GRID = 8 };
 enum { LAMP, AIM };                                     /* handles */
-enum { BOUNCE, EXPOSURE, CONE };                        /* knobs */
+enum {                                                  /* knobs */
+    BOUNCE, EXPOSURE, CONE, VPL_COUNT, SURFEL_COUNT, TILE_SIDE, SPLAT_SCALE, WINDOW_RIM, NEAR_POINT_COUNT, BIAS,
+    INTERLEAVE, MAP_SIDE, SAMPLES, NEAR_LIMIT, NEAR_FIELD, CLAMP, OFFSET
+};
 enum { NO_BOUNCE, RSM_BOUNCE, ISM_BOUNCE };
 enum { HEAD, NECK, CHEST, HIPS, LIMBS, UPPER_ARM = LIMBS, FOREARM = 6, THIGH = 8, SHIN = 10, FOOT = 12, BONES = 14 };
 
@@ -26,6 +29,9 @@ static struct room {
     glbk_ism_maps     maps;
     glbk_ism_renderer ism;
     ism_maps         *chosen;           /* ism.h's side of the maps */
+    ism_desc          desc;             /* of both; without VPLs: there are none */
+    ism_surfel       *surfels;          /* room for those of all VPLs */
+    rsm_texel        *texels;           /* room for those of the map */
     int               has_mesh;
     uint32_t          index;            /* of the frame */
     float             points[WALLS * GRID * GRID][3], normals[WALLS * GRID * GRID][3];
@@ -165,38 +171,61 @@ static void place_handles(pg_stage *stage)
 
 int pg_scene_create(pg_stage *stage, char *error)
 {
-    ism_desc desc;
-    rsm_light spot;
-    glbk_result result;
-    memset(&desc, 0, sizeof desc);
-    desc.vpl_count = VPLS;
-    desc.surfel_count = SURFELS;
-    desc.lazy_frames = 1;
     place_handles(stage);
-    spot = lamp(stage, 25);
     if (!room.model.scene.object_count && build(error) != 0) return -1;
-    ism_free(room.chosen);
-    room.chosen = NULL;
-    room.index = 0;
-    room.has_mesh = 0;
-    if (ism_create(&desc, &room.chosen) != ISM_OK) return ex_fail(error, "out of memory");
-    if (pg_model_upload(&room.model, stage->gl, error) != 0) return -1;
-    result = glbk_rsm_map_create(stage->gl, &spot, SIDE, &room.map);
-    if (result == GLBK_OK) result = glbk_ism_maps_create(stage->gl, &desc, &room.maps);
-    return result == GLBK_OK ? 0 : pg_failed("the room", result, error);
+    return pg_model_upload(&room.model, stage->gl, error);
 }
 
-static void free_sized(pg_stage *stage)
+/* What the lamp sees, of so many texels a side. */
+static glbk_result make_map(pg_stage *stage, const rsm_light *spot, uint32_t side)
 {
-    glbk_rsm_renderer_free(stage->gl, &room.rsm);
-    glbk_ism_renderer_free(stage->gl, &room.ism);
+    rsm_texel *texels;
+    if (room.map.side == side) return GLBK_OK;
+    texels = realloc(room.texels, (size_t)side * side * sizeof *texels);
+    if (!texels) return GLBK_ERR_ALLOC;
+    room.texels = texels;
+    glbk_rsm_map_free(stage->gl, &room.map);
+    return glbk_rsm_map_create(stage->gl, spot, side, &room.map);
+}
+
+/* Imperfect shadow maps as the knobs say, unless they are as they were. */
+static glbk_result make_maps(pg_stage *stage, const float knobs[PG_KNOBS])
+{
+    const uint32_t half = (uint32_t)knobs[TILE_SIDE] / 2;
+    ism_surfel *surfels;
+    ism_desc desc;
+    glbk_result result;
+    memset(&desc, 0, sizeof desc);
+    desc.vpl_count = (uint32_t)knobs[VPL_COUNT];
+    desc.surfel_count = (uint32_t)knobs[SURFEL_COUNT];
+    desc.tile_side = (uint32_t)knobs[TILE_SIDE];
+    desc.splat_scale = knobs[SPLAT_SCALE];
+    desc.near_point_count = knobs[NEAR_POINT_COUNT] > 0 ? (int32_t)knobs[NEAR_POINT_COUNT] : -1;    /* 0: the default */
+    desc.window_rim = knobs[WINDOW_RIM] < 2 ? -1 : (int32_t)fminf(knobs[WINDOW_RIM], (float)half);
+    desc.lazy_frames = 1;
+    if (memcmp(&desc, &room.desc, sizeof desc) == 0) return GLBK_OK;
+    surfels = realloc(room.surfels, (size_t)desc.vpl_count * desc.surfel_count * sizeof *surfels);
+    if (!surfels) return GLBK_ERR_ALLOC;
+    room.surfels = surfels;
+    ism_free(room.chosen);
+    glbk_ism_maps_free(stage->gl, &room.maps);
+    room.chosen = NULL;
+    room.has_mesh = 0;
+    room.index = 0;
+    memset(&room.desc, 0, sizeof room.desc);
+    if (ism_create(&desc, &room.chosen) != ISM_OK) return GLBK_ERR_ALLOC;
+    result = glbk_ism_maps_create(stage->gl, &desc, &room.maps);
+    if (result == GLBK_OK) memcpy(&room.desc, &desc, sizeof desc);
+    return result;
 }
 
 void pg_scene_free(pg_stage *stage)
 {
-    free_sized(stage);
+    glbk_rsm_renderer_free(stage->gl, &room.rsm);
+    glbk_ism_renderer_free(stage->gl, &room.ism);
     glbk_rsm_map_free(stage->gl, &room.map);
     glbk_ism_maps_free(stage->gl, &room.maps);
+    memset(&room.desc, 0, sizeof room.desc);
     pg_model_release(&room.model, stage->gl);
 }
 
@@ -208,7 +237,10 @@ static glbk_result fit(pg_stage *stage)
     glbk_rsm_renderer_desc size;
     glbk_result result;
     if (room.rsm.width == stage->width && room.rsm.height == stage->height) return GLBK_OK;
-    free_sized(stage);
+    if (room.ism.width) {
+        result = glbk_rsm_renderer_resize(stage->gl, &room.rsm, stage->width, stage->height);
+        return result == GLBK_OK ? glbk_ism_renderer_resize(stage->gl, &room.ism, stage->width, stage->height) : result;
+    }
     memset(&size, 0, sizeof size);
     size.width = stage->width;
     size.height = stage->height;
@@ -234,15 +266,15 @@ static void draw_lit(void *user, glbk_context *gl, glbk_rsm_renderer *renderer)
 /* Virtual lights, and surfels on what hides them: ism.h's part, from what the lamp sees. */
 static glbk_result choose(pg_stage *stage, const ism_mesh *mesh)
 {
-    static rsm_texel texels[SIDE * SIDE];
+    const rsm_texel *texels = room.texels;
     ism_source source;
     ism_points view;
     ism_frame frame = { mesh, &source, 1, &view, room.index };
-    const glbk_result result = glbk_rsm_map_read(stage->gl, &room.map, 0, texels);
+    const glbk_result result = glbk_rsm_map_read(stage->gl, &room.map, 0, room.texels);
     memset(&source, 0, sizeof source);
     memset(&view, 0, sizeof view);
     source.kind = ISM_SOURCE_SURFACE;
-    source.width = source.height = SIDE;
+    source.width = source.height = room.map.side;
     source.positions = texels->position;
     source.normals = texels->normal;
     source.fluxes = texels->flux;
@@ -258,14 +290,14 @@ static glbk_result choose(pg_stage *stage, const ism_mesh *mesh)
 
 static glbk_result draw_maps(glbk_context *gl)
 {
-    static ism_surfel surfels[VPLS * SURFELS];
     const ism_near_point *points;
     const ism_vpl *vpls;
     ism_info info;
     size_t n;
     glbk_result result;
-    if (ism_phase_surfels(room.chosen, 0, surfels, VPLS * SURFELS, &n) != ISM_OK) return GLBK_ERR_ALLOC;
-    result = glbk_ism_surfels_upload(gl, &room.maps, 0, surfels, n);
+    n = (size_t)room.desc.vpl_count * room.desc.surfel_count;
+    if (ism_phase_surfels(room.chosen, 0, room.surfels, n, &n) != ISM_OK) return GLBK_ERR_ALLOC;
+    result = glbk_ism_surfels_upload(gl, &room.maps, 0, room.surfels, n);
     ism_get_info(room.chosen, &info);
     vpls = ism_vpls(room.chosen, &n);
     if (result == GLBK_OK) result = glbk_ism_vpls_upload(gl, &room.maps, vpls, (uint32_t)n, &info);
@@ -275,7 +307,7 @@ static glbk_result draw_maps(glbk_context *gl)
 }
 
 /* Bounced light with shadows, over what the pass's target has. */
-static glbk_result bounce_by_ism(pg_stage *stage, const glbk_pass *pass)
+static glbk_result bounce_by_ism(pg_stage *stage, const glbk_pass *pass, const float knobs[PG_KNOBS])
 {
     glbk_context *gl = stage->gl;
     ism_shading shading;
@@ -285,7 +317,8 @@ static glbk_result bounce_by_ism(pg_stage *stage, const glbk_pass *pass)
     glbk_result result;
     memset(&mesh, 0, sizeof mesh);
     memset(&shading, 0, sizeof shading);
-    shading.interleave = 4;                     /* 4 x 4 pixels share the lights; a blur mends that */
+    shading.interleave = (uint32_t)knobs[INTERLEAVE];   /* so many pixels square share the lights; a blur mends that */
+    shading.bias = knobs[BIAS] > 0 ? knobs[BIAS] : -1;
     if (pg_model_merge(&room.model, &positions, &mesh.vertex_count, &indices, &mesh.index_count) != 0)
         return GLBK_ERR_ALLOC;
     mesh.positions = positions;
@@ -302,15 +335,18 @@ static glbk_result bounce_by_ism(pg_stage *stage, const glbk_pass *pass)
     return result == GLBK_OK ? glbk_ism_resolve(gl, &room.ism, &stage->seen, pass, NULL) : result;
 }
 
-static glbk_result bounce_by_rsm(pg_stage *stage)
+static glbk_result bounce_by_rsm(pg_stage *stage, const float knobs[PG_KNOBS])
 {
     glbk_rsm_map *map = &room.map;
     rsm_gather_desc desc;
     memset(&desc, 0, sizeof desc);
     desc.pattern = RSM_PATTERN_FLUX;
-    desc.sample_count = VPLS;
-    desc.interleave = 4;
-    desc.near_limit = 1;
+    desc.sample_count = (uint32_t)knobs[SAMPLES];
+    desc.interleave = (uint32_t)knobs[INTERLEAVE];
+    desc.near_limit = knobs[NEAR_LIMIT];
+    desc.near_field = knobs[NEAR_FIELD];
+    desc.clamp = knobs[CLAMP];
+    desc.offset = knobs[OFFSET];
     desc.seed = stage->frames;
     return glbk_rsm_gather(stage->gl, &room.rsm, &stage->seen, &map, 1, &desc);
 }
@@ -327,30 +363,25 @@ int pg_scene_light(pg_stage *stage, const float knobs[PG_KNOBS], float time, cha
     pass.target = &stage->light_target;
     stage->exposure = 1.3f * knobs[EXPOSURE];
     walk(time);
+    if (result == GLBK_OK) result = make_map(stage, &spot, (uint32_t)knobs[MAP_SIDE]);
+    if (result == GLBK_OK && bounce == ISM_BOUNCE) result = make_maps(stage, knobs);
     if (result == GLBK_OK) result = glbk_rsm_map_place(gl, &room.map, &spot);
     if (result == GLBK_OK) result = glbk_rsm_map_draw(gl, &room.rsm, &room.map, draw_lit, NULL);
     if (result == GLBK_OK) result = pg_stage_draw(stage, &room.model, NULL, 0);
     if (result == GLBK_OK) result = glbk_rsm_direct(gl, &room.rsm, &stage->seen, &map, 1, NULL);
-    if (result == GLBK_OK && bounce == RSM_BOUNCE) result = bounce_by_rsm(stage);
+    if (result == GLBK_OK && bounce == RSM_BOUNCE) result = bounce_by_rsm(stage, knobs);
     if (result == GLBK_OK)
         result = glbk_rsm_resolve(gl, &room.rsm, &stage->seen, &pass, NULL, 1, bounce == RSM_BOUNCE);
     pass.blend = GLBK_BLEND_ADD;
-    if (result == GLBK_OK && bounce == ISM_BOUNCE) result = bounce_by_ism(stage, &pass);
+    if (result == GLBK_OK && bounce == ISM_BOUNCE) result = bounce_by_ism(stage, &pass, knobs);
     return result == GLBK_OK ? 0 : pg_failed("the light", result, error);
 }
 
 int pg_scene_lights(const pg_stage *stage, const float knobs[PG_KNOBS], pg_lights *out, char *error)
 {
     const rsm_light spot = lamp(stage, knobs[CONE]);
-    ex_light *light = &out->lights[0];
     (void)error;
-    memset(out, 0, sizeof *out);
-    light->kind = EX_LIGHT_SPOT;
-    memcpy(light->position, spot.position, sizeof light->position);
-    v3_store(light->direction, v3_unit(v3_load(spot.direction)));
-    light->cos_half_angle = cosf(spot.cone_half_angle);
-    memcpy(light->value, spot.value, sizeof light->value);
-    out->count = 1;
+    pg_lights_spot(out, spot.position, spot.direction, spot.cone_half_angle, spot.value);
     out->bounces = knobs[BOUNCE] > 0;
     return 0;
 }

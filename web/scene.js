@@ -6,12 +6,14 @@ const knobs = [...document.querySelectorAll('[data-knob]')];
 const clock = { time: 0.5, last: 0 };
 const call = (name, types, ...values) => callC('pg', name, types, values);
 const ask = (name, ...values) => state.program.ccall(`pg_${name}`, 'number', values.map(() => 'number'), values);
+const KNOBS = 20;                                    // PG_KNOBS of stage.h
 let knobsAt = 0;
 
 function readKnobs() {
     const out = state.program.HEAPF32;
     for (const knob of knobs) {
-        const value = knob.type === 'checkbox' ? (knob.checked ? 1 : 0) : +knob.value;
+        const text = knob.dataset.late ? knob.dataset.set ?? knob.value : knob.value;
+        const value = knob.type === 'checkbox' ? (knob.checked ? 1 : 0) : +text;
         out[knobsAt / 4 + +knob.dataset.knob] = knob.dataset.power ? 2 ** value : value;
     }
 }
@@ -68,12 +70,20 @@ function measure() {
 function start(own) {
     Object.assign(view, own.view);
     Object.assign(limits, own.limits);
-    const still = /^#still=(\d+)$/.exec(location.hash);          // nothing moves, and so many frames: for pictures
-    if (still) {
-        FULL = +still[1];
-        if (element('play')) element('play').checked = false;
+    for (const [name, value] of new URLSearchParams(location.hash.slice(1))) {
+        const knob = /^knob\d+$/.test(name) && document.querySelector(`[data-knob="${name.slice(4)}"]`);
+        if (knob) knob.value = value;                // as its slider has it
+        if (name === 'still') {                      // nothing moves, and so many frames: for pictures
+            FULL = +value;
+            if (element('play')) element('play').checked = false;
+        }
     }
-    for (const knob of knobs) knob.addEventListener('input', moved);
+    for (const knob of knobs) {
+        if (knob.dataset.late) {                     // what takes long is built when the slider is let go
+            knob.dataset.set = knob.value;
+            knob.addEventListener('change', () => { knob.dataset.set = knob.value; moved(); });
+        } else knob.addEventListener('input', moved);
+    }
     if (element('measure')) element('measure').addEventListener('click', measure);
     const grab = { press: (x, y) => ask('press', x, y), drag: (x, y) => state.program.ccall('pg_drag', null, ['number', 'number'], [x, y]),
         release: () => state.program.ccall('pg_release', null, [], []) };
@@ -81,7 +91,7 @@ function start(own) {
     startPage({
         create: own.create(), frame,
         begin() {
-            if (!knobsAt) knobsAt = state.program._malloc(32);
+            if (!knobsAt) knobsAt = state.program._malloc(4 * KNOBS);
             resized();
             state.ready = call('start', []) && call('size', ['number', 'number'], canvas.width, canvas.height);
             return state.ready;

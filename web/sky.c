@@ -9,15 +9,16 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { LIGHTS = 128, SIDE = 128, WASHING = 4 };
-enum { TURN, EXPOSURE, COUNT, FILTER, SHOW_SKY };       /* knobs */
+enum { LIGHTS = 128, WASHING = 4 };
+enum { TURN, EXPOSURE, COUNT, FILTER, SHOW_SKY, MAP_SIDE, BIAS, RADIUS, EXTENT, METHOD, SPLIT_SUN, HEMISPHERE };    /* knobs */
 
 static struct sky {
     pg_model            model;
     envlt_lights       *lights;
-    uint32_t            light_count;    /* asked of the sky */
+    envlt_desc          asked;          /* how they were made; without a count: they were not */
     float              *texels;         /* of the sky */
     uint32_t            width, height;
+    uint32_t            side;           /* texels of a map; 0: there are none */
     envsh_maps         *layout;
     glbk_envsh_maps     maps;
     glbk_envsh_renderer renderer;
@@ -106,24 +107,26 @@ static int build(char *error)
 
 /* ---- the sky's lights ---- */
 
-static int make_lights(uint32_t count, char *error)
+static int make_lights(const float knobs[PG_KNOBS], char *error)
 {
     envlt_map map;
     envlt_desc desc;
-    if (count == sky.light_count) return 0;
     memset(&map, 0, sizeof map);
     memset(&desc, 0, sizeof desc);
+    desc.light_count = (uint32_t)knobs[COUNT];
+    desc.method = (envlt_method)knobs[METHOD];
+    desc.split_sun = knobs[SPLIT_SUN] > 0;
+    desc.hemisphere = knobs[HEMISPHERE] > 0;
+    if (memcmp(&desc, &sky.asked, sizeof desc) == 0) return 0;
     map.projection = ENVLT_PROJECTION_LATLONG;
     map.width = sky.width;
     map.height = sky.height;
     map.rgb = sky.texels;
-    desc.light_count = count;
-    desc.hemisphere = 1;
     envlt_free(sky.lights);
     sky.lights = NULL;
-    sky.light_count = 0;
+    memset(&sky.asked, 0, sizeof sky.asked);
     if (envlt_create(&desc, &map, &sky.lights, NULL) != ENVLT_OK) return ex_fail(error, "the sky: no lights");
-    sky.light_count = count;
+    memcpy(&sky.asked, &desc, sizeof desc);
     return 0;
 }
 
@@ -169,7 +172,7 @@ static int load_sky(pg_stage *stage, char *error)
     int result;
     free(sky.texels);
     sky.texels = NULL;
-    sky.light_count = 0;
+    memset(&sky.asked, 0, sizeof sky.asked);
     if (ex_sky_builtin(&map, "sky", error) != 0) return -1;
     result = pg_stage_sky(stage, &map, &sky.texels, &sky.width, &sky.height, error);
     ex_sky_free(&map);
@@ -178,23 +181,34 @@ static int load_sky(pg_stage *stage, char *error)
 
 int pg_scene_create(pg_stage *stage, char *error)
 {
+    if (!sky.model.scene.object_count && build(error) != 0) return -1;
+    return load_sky(stage, error) != 0 ? -1 : pg_model_upload(&sky.model, stage->gl, error);
+}
+
+/* Shadow maps of so many texels a side, unless they are as they were. */
+static glbk_result make_maps(pg_stage *stage, uint32_t side)
+{
     envsh_maps_desc layout;
     const glbk_envsh_maps_desc desc = { LIGHTS, &layout, { 0, 0, 0, 0, NULL, NULL } };
     glbk_result result;
+    if (sky.side == side) return GLBK_OK;
     memset(&layout, 0, sizeof layout);
-    layout.map_side = SIDE;
+    layout.map_side = side;
     layout.no_depth = 1;                /* the GPU has it */
-    if (!sky.model.scene.object_count && build(error) != 0) return -1;
-    if (!sky.layout && envsh_maps_create(&layout, LIGHTS, &sky.layout) != ENVSH_OK)
-        return ex_fail(error, "out of memory");
-    if (load_sky(stage, error) != 0 || pg_model_upload(&sky.model, stage->gl, error) != 0) return -1;
+    envsh_maps_free(sky.layout);
+    glbk_envsh_maps_free(stage->gl, &sky.maps);
+    sky.layout = NULL;
+    sky.side = 0;
+    if (envsh_maps_create(&layout, LIGHTS, &sky.layout) != ENVSH_OK) return GLBK_ERR_ALLOC;
     result = glbk_envsh_maps_create(stage->gl, &desc, &sky.maps);
-    return result == GLBK_OK ? 0 : pg_failed("the shadow maps", result, error);
+    if (result == GLBK_OK) sky.side = side;
+    return result;
 }
 
 void pg_scene_free(pg_stage *stage)
 {
     glbk_envsh_maps_free(stage->gl, &sky.maps);
+    sky.side = 0;
     glbk_envsh_renderer_free(stage->gl, &sky.renderer);
     pg_model_release(&sky.model, stage->gl);
 }
@@ -205,7 +219,8 @@ static glbk_result fit(pg_stage *stage)
 {
     const glbk_envsh_renderer_desc size = { stage->width, stage->height };
     if (sky.renderer.width == stage->width && sky.renderer.height == stage->height) return GLBK_OK;
-    glbk_envsh_renderer_free(stage->gl, &sky.renderer);
+    if (sky.renderer.width)
+        return glbk_envsh_renderer_resize(stage->gl, &sky.renderer, stage->width, stage->height);
     return glbk_envsh_renderer_create(stage->gl, &size, &sky.renderer);
 }
 
@@ -237,14 +252,19 @@ int pg_scene_light(pg_stage *stage, const float knobs[PG_KNOBS], float time, cha
     stage->exposure = 0.9f * knobs[EXPOSURE] / stage->sky_light;
     stage->show_sky = knobs[SHOW_SKY] > 0;
     if (pose(time) != 0) return ex_fail(error, "out of memory");
-    if (pg_model_update(&sky.model, gl, error) != 0 || make_lights((uint32_t)knobs[COUNT], error) != 0 ||
+    result = make_maps(stage, (uint32_t)knobs[MAP_SIDE]);
+    if (result != GLBK_OK) return pg_failed("the shadow maps", result, error);
+    if (pg_model_update(&sky.model, gl, error) != 0 || make_lights(knobs, error) != 0 ||
         place_lights(stage->sky_turn, error) != 0)
         return -1;
     frame.views = envsh_views(sky.layout, &frame.view_count);
     frame.draw_fn = draw_casters;
     frame.query = &query;
-    query.filter = knobs[FILTER] > 0 ? ENVSH_FILTER_PENUMBRA : ENVSH_FILTER_PLAIN;
+    query.filter = (envsh_filter)knobs[FILTER];
     query.tap_count = 8;
+    query.radius = query.filter == ENVSH_FILTER_SMOOTH ? fminf(knobs[RADIUS], 8) : knobs[RADIUS];
+    query.bias = knobs[BIAS] > 0 ? knobs[BIAS] : -1;            /* 0 would be the default, like that of the next */
+    query.extent_scale = knobs[EXTENT] > 0 ? knobs[EXTENT] : -1;
     query.seed = stage->frames;
     pass.target = &stage->light_target;
     result = fit(stage);

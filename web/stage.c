@@ -116,7 +116,6 @@ int pg_stage_create(pg_stage *s, glbk_context *gl, char *error)
 
 static void free_sized(pg_stage *s)
 {
-    glbk_gbuffer_free(s->gl, &s->seen);
     glbk_target_free(s->gl, &s->light_target);
     glbk_texture_free(s->gl, &s->light);
     for (int i = 0; i < 2; i++) {
@@ -129,6 +128,7 @@ static void free_sized(pg_stage *s)
 void pg_stage_free(pg_stage *s)
 {
     free_sized(s);
+    glbk_gbuffer_free(s->gl, &s->seen);
     glbk_texture_free(s->gl, &s->sky);
     glbk_program_free(s->gl, &s->mix);
     glbk_program_free(s->gl, &s->show);
@@ -162,7 +162,8 @@ int pg_stage_resize(pg_stage *s, uint32_t width, uint32_t height, char *error)
     seen.attributes.normal = 1;
     seen.attributes.uv = 2;
     seen.attributes.tangent = 3;
-    result = glbk_gbuffer_create(s->gl, &seen, &s->seen);
+    if (s->seen.width) result = glbk_gbuffer_resize(s->gl, &s->seen, &seen);
+    else result = glbk_gbuffer_create(s->gl, &seen, &s->seen);
     if (result == GLBK_OK) result = pg_stage_target(s, &s->light, &s->light_target);
     for (int i = 0; i < 2 && result == GLBK_OK; i++) result = pg_stage_target(s, &s->sum[i], &s->sum_target[i]);
     return result == GLBK_OK ? 0 : pg_failed("the picture's textures", result, error);
@@ -380,11 +381,12 @@ static void set_dots(const pg_stage *s)
     uint32_t n = 0;
     for (uint32_t i = 0; i < s->handle_count && n < PG_DOTS; i++) {
         const pg_handle *h = &s->handles[i];
+        const float most = fmaxf(h->color[0], fmaxf(h->color[1], h->color[2]));
         float d = 0, at[2];
-        if (h->color[0] + h->color[1] + h->color[2] <= 0) continue;
+        if (most <= 0) continue;
         for (int k = 0; k < 3; k++) {
             d += (h->position[k] - s->camera.eye[k]) * (h->position[k] - s->camera.eye[k]);
-            colors[n][k] = h->color[k];
+            colors[n][k] = h->color[k] / most;      /* a lamp that is dim is no dark thing */
         }
         pg_stage_project(s, h->position, at);
         dots[n][0] = (0.5f + 0.5f * at[0]) * (float)s->width;
@@ -477,6 +479,23 @@ void pg_stage_drag(pg_stage *s, float x, float y)
 }
 
 /* ---- to compare with ---- */
+
+void pg_lights_spot(pg_lights *lights, const float position[3], const float direction[3], float cone_half_angle,
+                    const float value[3])
+{
+    const float *d = direction;
+    const float length = sqrtf(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    ex_light *light = &lights->lights[0];
+    memset(lights, 0, sizeof *lights);
+    light->kind = EX_LIGHT_SPOT;
+    light->cos_half_angle = cosf(cone_half_angle);
+    for (int k = 0; k < 3; k++) {
+        light->position[k] = position[k];
+        light->direction[k] = d[k] / length;
+        light->value[k] = value[k];
+    }
+    lights->count = 1;
+}
 
 int pg_lights_sky(pg_lights *lights, const char *name, float rotation, char *error)
 {

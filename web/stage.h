@@ -134,9 +134,9 @@ int  pg_failed(const char *what, glbk_result result, char *error);      /* -1, w
 
 /* ---- what room.c, game.c, sky.c and filter.c have ---- */
 
-enum { PG_KNOBS = 8 };
+enum { PG_KNOBS = 20 };
 
-/* Builds what stands on the stage, with handles and box, if that was not done before (a lost context takes what is on
+/* Builds what stands on the stage and does not depend on knobs, with handles and box, if that was not done before (a lost context takes what is on
    the GPU alone), and uploads it. */
 int  pg_scene_create(pg_stage *stage, char *error);
 const pg_model *pg_scene_model(void);
@@ -154,6 +154,9 @@ typedef struct pg_lights {
     int      full;                  /* materials=full of `render`; 0: Lambert */
 } pg_lights;
 int  pg_scene_lights(const pg_stage *stage, const float knobs[PG_KNOBS], pg_lights *out, char *error);
+/* One spot lamp; the direction may have any length, value is intensity along it. */
+void pg_lights_spot(pg_lights *lights, const float position[3], const float direction[3], float cone_half_angle,
+                    const float value[3]);
 /* A built-in sky, or a .hdr file's, without the light from below the horizon, which the ground hides. */
 int  pg_lights_sky(pg_lights *lights, const char *name, float rotation, char *error);
 

@@ -87,21 +87,32 @@ async function start() {
     const mesh = { positions: knot.geometry.attributes.position.array, indices: knot.geometry.index.array };
     element('work').style.display = 'flex';
     const began = performance.now();
-    const block = await build(mesh, { side: 64, mapSide: 128, onProgress: (f) => { element('progress').value = f; } });
+    const side = +(/^#side=(\d+)$/.exec(location.hash)?.[1] ?? 64);        // a name with #side=24 is built sooner, for tests
+    const block = await build(mesh, { side, mapSide: 128, onProgress: (f) => { element('progress').value = f; } });
     element('work').style.display = 'none';
-    element('facts').textContent = `64 x 64 maps, ${(block.length / 1e6).toFixed(1)} MB, built in ${((performance.now() - began) / 1000).toFixed(1)} s`;
-    const dapple = await attach(renderer.getContext());
-    const maps = dapple.maps([block]);
+    element('facts').textContent = `${side} x ${side} maps, ${(block.length / 1e6).toFixed(1)} MB, built in ${((performance.now() - began) / 1000).toFixed(1)} s`;
     const uniforms = { dappleWidth: { value: 0.1 }, dappleSun: { value: new THREE.Vector3(0, 1, 0) } };
-    const glsl = dapple.glsl({ defines: `${maps.defines} COHSM_ONE_LIGHT=0 COHSM_ONE_FILTER=2` });      // as it asks
-    addShadow(knot.material, glsl, 1, uniforms);
-    addShadow(ground.material, glsl, 0, uniforms);
-    place(maps);
-    renderer.resetState();
-    renderer.compile(scene, camera);                // links the programs, whose slots are set before they draw
-    setSlots(dapple, [knot.material, ground.material]);
-
-    let dirty = true, drag = null;
+    let dapple, maps, dirty = true, drag = null;
+    /* On a context that is new: the block goes to it, and programs get our slots before they draw. */
+    const take = async () => {
+        const attached = await attach(renderer.getContext());
+        maps = attached.maps([block]);
+        place(maps);
+        const glsl = attached.glsl({ defines: `${maps.defines} COHSM_ONE_LIGHT=0 COHSM_ONE_FILTER=2` });    // as it asks
+        addShadow(knot.material, glsl, 1, uniforms);
+        addShadow(ground.material, glsl, 0, uniforms);
+        renderer.resetState();
+        renderer.compile(scene, camera);            // links the programs
+        setSlots(attached, [knot.material, ground.material]);
+        dapple = attached;
+        dirty = true;
+    };
+    canvas.addEventListener('webglcontextlost', () => {         // three.js does its part itself
+        if (dapple) dapple.free({ lost: true });
+        dapple = null;
+    });
+    canvas.addEventListener('webglcontextrestored', () => take().catch(fail));
+    await take();
     const draw = () => {
         resize();
         light.position.set(Math.cos(sun.azimuth) * Math.cos(sun.height), Math.sin(sun.height), Math.sin(sun.azimuth) * Math.cos(sun.height)).multiplyScalar(10);
@@ -114,7 +125,7 @@ async function start() {
     };
     const loop = () => {
         requestAnimationFrame(loop);
-        if (dirty) { dirty = false; draw(); }
+        if (dirty && dapple) { dirty = false; draw(); }
     };
     canvas.addEventListener('pointerdown', (e) => { drag = [e.clientX, e.clientY]; canvas.setPointerCapture(e.pointerId); });
     canvas.addEventListener('pointerup', () => { drag = null; });
@@ -131,7 +142,9 @@ async function start() {
     loop();
 }
 
-start().catch((error) => {
+function fail(error) {
     element('message').textContent = error.message;
     element('message').classList.add('shown');
-});
+}
+
+start().catch(fail);

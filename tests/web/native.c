@@ -19,6 +19,7 @@ static int build(const pg_model *model, unsigned side, unsigned map_side, cohsm_
     desc.domain.side[0] = desc.domain.side[1] = side;
     desc.map_side = map_side;
     desc.order = COHSM_ORDER_HILBERT;
+    desc.orientation = COHSM_ORIENTATION_POLAR;
     result = cohsm_build(&desc, &mesh, maps, NULL) == COHSM_OK ? 0 : -1;
     free(positions);
     free(indices);
