@@ -304,11 +304,12 @@ static void random_bodies(sfield_entity *e, uint32_t count, uint64_t *seed)
     for (i = 0; i < count; i++) {
         static const which kinds[6] = { BALL, BOX, LAMP, SOUP, BOX, VIDEO };
         const which what = kinds[i % 6];
-        double axis[3];
+        double axis[3], r[5];
         e[i] = at(what, 0, 0, 0);
         rnd_direction(seed, axis);
-        matrix_of(e[i].transform, axis[0], axis[1], axis[2], i % 2 ? rnd_in(seed, 0, 3) : 0, rnd_in(seed, 0.5, 1.2),
-                  rnd_in(seed, -2, 2), rnd_in(seed, -2, 2), rnd_in(seed, -2, 2));
+        for (k = 0; k < 5; k++) r[k] = rnd(seed);
+        matrix_of(e[i].transform, axis[0], axis[1], axis[2], i % 2 ? 3 * r[0] : 0, 0.5 + 0.7 * r[1], 4 * r[2] - 2,
+                  4 * r[3] - 2, 4 * r[4] - 2);
         for (k = 0; k < 3; k++) e[i].tint[k] = rnd_in(seed, 0, 2);
         e[i].time = rnd_in(seed, -1, 1);
     }
