@@ -704,7 +704,8 @@ typedef struct sfield_scene_stats { /* what sfield_shade counted */
     uint32_t rooms;                 /* those of them whose light lies in the object's convex hull, by its
                                        field: the object is taken for a convex room, which hides the light
                                        from no point in the hull, and may from all others. In a hollow that is
-                                       not convex light goes through corners. None of logarithms */
+                                       not convex light goes through corners. None of logarithms,
+                                       nor where `overlaps` is above 65,536 */
 } sfield_scene_stats;
 
 SFIELD_DEF sfield_result sfield_scene_turn(sfield_scene *scene, const float to_world[16]);
@@ -10508,10 +10509,12 @@ static int sfield__is_in_hull(const sfield__item *it, const float *x, int simd)
     return sfield__find_inside(it, p, d2, 1, simd) != 0;
 }
 
-/* Lists the lights that lie in the hull of another entity. Returns 0 without memory. */
+/* Lists the lights that lie in the hull of another entity. Returns 0 without memory. A heap of thousands of
+   lights and bodies would take gigabytes and minutes, and is no room. */
 static int sfield__find_rooms(sfield_scene *s)
 {
     uint32_t i, j;
+    if (s->overlaps > 65536) return 1;
     s->held = (struct sfield__tenant *)sfield__alloc_array(&s->allocator, s->overlaps, sizeof *s->held);
     if (!s->held) return 0;
     for (i = 0; i < s->light_count; i++)

@@ -40,7 +40,8 @@ typedef struct sfield_scene_stats { /* what sfield_shade counted */
     uint32_t rooms;                 /* those of them whose light lies in the object's convex hull, by its
                                        field: the object is taken for a convex room, which hides the light
                                        from no point in the hull, and may from all others. In a hollow that is
-                                       not convex light goes through corners. None of logarithms */
+                                       not convex light goes through corners. None of logarithms,
+                                       nor where `overlaps` is above 65,536 */
 } sfield_scene_stats;
 
 SFIELD_DEF sfield_result sfield_scene_turn(sfield_scene *scene, const float to_world[16]);

