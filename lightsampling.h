@@ -91,9 +91,12 @@
 
      section 5     the direct lighting equation      lsamp_sample, lsamp_accumulate           T10, T20, T23
      section 5     A, a light's shape (figure 12)    lsamp_light_kind, lsamp__shape_point     T43, T73
+     section 5     A as a table, linearly filtered   lsamp_surface, lsamp__surface_point      T43, T73
      section 5     L, texels, and frames over time   lsamp_light_desc, lsamp__emitter_frame   T18, T22
+     section 5     L, linear filtering (figure 12)   lsamp_texels, lsamp__texel_at      T43
      section 5     emitters that are not Lambertian  lsamp__emit                              T43
      section 4, 5  D, where maps look from           lsamp_light_domain                       -
+                                                     lsamp_surface_locations                  -
      section 5.1   the mean of f L V cos / p         lsamp__estimate                          T10, T73
      section 5.1   P_L, the inverse of a CDF         lsamp__emitter_cdf, lsamp__invert_sums   T11, T12, T15
      section 5     a material for each pixel         lsamp_points (materials)                 -
@@ -280,8 +283,29 @@ typedef enum lsamp_light_kind {     /* the shape that emits, and its coordinates
     LSAMP_LIGHT_MESH,               /* triangles that emit to the side from which their corners run
                                        counter-clockwise. x runs along a curve through all of them, in
                                        proportion to area; y and z lie in the piece that x names */
+    LSAMP_LIGHT_SURFACE,            /* a grid of points, between which the surface is linear: x runs along its
+                                       rows and y across them. Equal ranges cover equal areas only where the
+                                       grid's cells do */
     LSAMP_LIGHT_COUNT
 } lsamp_light_kind;
+
+typedef enum lsamp_texels {   /* what L is between the centres of texels */
+    LSAMP_TEXELS_DEFAULT,           /* = LSAMP_TEXELS_NEAREST */
+    LSAMP_TEXELS_NEAREST = LSAMP_TEXELS_DEFAULT,    /* that of the nearest texel */
+    LSAMP_TEXELS_LINEAR,            /* linear along both coordinates, as in section 5: a glossy surface shows
+                                       a continuous highlight in place of squares (figure 12). Columns of a
+                                       sky, a sphere and a round surface go round; at other edges the last
+                                       texel goes on */
+    LSAMP_TEXELS_COUNT
+} lsamp_texels;
+
+typedef struct lsamp_surface {      /* A of LSAMP_LIGHT_SURFACE as a table */
+    uint32_t     width, height;     /* 2..4096 each */
+    const float *points;            /* x, y, z of each, height rows of width. The surface emits
+                                       to the side of (along the rows) x (across them). Where points are not
+                                       finite it does not emit */
+    int          round;             /* not 0: after the last column comes the first */
+} lsamp_surface;
 
 typedef void (*lsamp_shape_fn)(void *user, float time, const float x[3], float position[3], float normal[3],
                                float *area);
@@ -328,6 +352,9 @@ typedef struct lsamp_light_desc {   /* zero it, then set what this kind of light
     uint32_t          place_count;       /* how many places for maps lsamp_light_domain gives for a mesh,
                                             1..2^24; 0 = 1024. The mesh is cut into twice as many pieces, or
                                             more */
+    lsamp_texels filter;           /* of texels */
+    const lsamp_surface *surface;        /* of LSAMP_LIGHT_SURFACE, in world space; it and its points are read
+                                            whenever the light is sampled, and must live as long */
 } lsamp_light_desc;
 
 typedef enum lsamp_material_kind {
@@ -484,8 +511,8 @@ LSAMP_DEF int lsamp_light_hit(const lsamp_light *light, const float p[3], const 
                               lsamp_emission *out);
 /* Writes the point of the light at which a ray from p would arrive if nothing stood between them. Returns 1;
    returns 0 and leaves *out untouched if the ray misses the light, or if an argument is NULL or out of range.
-   Sun, point and spot have no area to hit; a callback cannot be intersected; and meshes are not searched: for
-   these the function always returns 0, and lsamp_light_sample is the only way to reach them.
+   Sun, point and spot have no area to hit; a callback cannot be intersected; and meshes and surfaces are not
+   searched: for these the function always returns 0, and lsamp_light_sample is the only way to reach them.
    direction  unit */
 
 LSAMP_DEF size_t lsamp_light_triangles(const lsamp_light *light, float *corners);
@@ -493,6 +520,15 @@ LSAMP_DEF size_t lsamp_light_triangles(const lsamp_light *light, float *corners)
    order of the mesh's curve. A piece is a triangle; the areas of pieces differ by at most a factor of two,
    but for triangles of the mesh that are smaller still.
    corners  receives 9 floats a piece, x, y, z of each corner; NULL: the pieces are only counted */
+
+LSAMP_DEF lsamp_result lsamp_surface_locations(const lsamp_surface *surface, uint32_t width, uint32_t height,
+                                               float lift, float *locations);
+/* Writes D for a LSAMP_LIGHT_SURFACE: the surface at the centres of width x height equal cells of its
+   coordinates, for a domain of LSAMP_DOMAIN_TABLE with these sides, whose maps are asked by the samples'
+   coords.
+   lift        how far the places stand above the side that emits, lest the surface itself hides all
+   locations   receives 4 floats for each cell, rows of width: x, y, z, 1
+   Errors      LSAMP_ERR_ARGUMENT (NULL, a side of 0), LSAMP_ERR_INPUT (surface, lift). There is no log */
 
 typedef enum lsamp_domain_kind {    /* the numbers are those of cohsm_domain_kind */
     LSAMP_DOMAIN_DEFAULT,           /* = LSAMP_DOMAIN_LATLONG, which lsamp_light_domain writes in its place */
@@ -523,8 +559,8 @@ LSAMP_DEF lsamp_result lsamp_light_domain(const lsamp_light *light, lsamp_domain
    floats each (csm.h: COHSM_LIGHT_PARAMETER, light_stride 12).
    out      side is 0, which csm.h takes for its default, except for the TABLE of a mesh; the locations of
             LIST and TABLE lie in the light's memory
-   Errors   LSAMP_ERR_ARGUMENT (NULL), LSAMP_ERR_MISMATCH (a callback, which has no domain: make a table of
-            positions from shape_fn) */
+   Errors   LSAMP_ERR_ARGUMENT (NULL), LSAMP_ERR_MISMATCH (a callback or a surface: make a table of
+            positions from shape_fn, or by lsamp_surface_locations) */
 
 /* ---- materials, direction by direction ---- */
 
@@ -2001,7 +2037,8 @@ struct lsamp_light {
     float         turn;          /* environment: rotation / (2 pi) */
     int           orthogonal;    /* rectangle: its edges are at right angles */
     float         location[4];   /* point and spot: the only location of their domain */
-    const lsamp__curve *curve;   /* mesh: its pieces; desc.kind is CALLBACK then */
+    const lsamp__curve *curve;   /* mesh: its pieces; desc.kind is CALLBACK then, as it is of a surface */
+    int           round;         /* columns of texels go round */
 };
 
 typedef struct lsamp__aim {      /* a light as one point sees it, which all samples of the point share */
@@ -2040,15 +2077,59 @@ static uint32_t lsamp__cell_of(float x, uint32_t count)
     return i < count ? i : count - 1u;
 }
 
+/* Returns the texel before or after x, y, by dx and dy of -1..1: beyond an edge the last one, or that of the
+   other side where columns go round. */
+static lsamp__v3 lsamp__texel_beside(const lsamp_light *l, uint32_t x, uint32_t y, int dx, int dy)
+{
+    const uint32_t w = l->desc.width, h = l->desc.height;
+    if (dx < 0) x = x ? x - 1u : l->round ? w - 1u : 0u;
+    if (dx > 0) x = x + 1u < w ? x + 1u : l->round ? 0u : x;
+    if (dy < 0 && y) y--;
+    if (dy > 0 && y + 1u < h) y++;
+    return lsamp__texel_radiance(l, x, y);
+}
+
+/* Returns the mean of L over texel x, y. Linear between the centres a, b, c, it is (a + 6 b + c) / 8. */
+static lsamp__v3 lsamp__texel_mean(const lsamp_light *l, uint32_t x, uint32_t y)
+{
+    static const float weight[3] = { 0.125f, 0.75f, 0.125f };
+    lsamp__v3 sum = lsamp__v3_make(0.0f, 0.0f, 0.0f);
+    int dx, dy;
+    if (l->desc.filter != LSAMP_TEXELS_LINEAR) return lsamp__texel_radiance(l, x, y);
+    for (dy = -1; dy <= 1; dy++)
+        for (dx = -1; dx <= 1; dx++)
+            sum = lsamp__v3_madd(sum, lsamp__texel_beside(l, x, y, dx, dy), weight[dx + 1] * weight[dy + 1]);
+    return sum;
+}
+
+/* Returns L at x, y. */
 static lsamp__v3 lsamp__texel_at(const lsamp_light *l, float x, float y)
 {
-    return lsamp__texel_radiance(l, lsamp__cell_of(x, l->desc.width), lsamp__cell_of(y, l->desc.height));
+    const uint32_t i = lsamp__cell_of(x, l->desc.width), j = lsamp__cell_of(y, l->desc.height);
+    float fx, fy;
+    int dx, dy;
+    lsamp__v3 a, b;
+
+    if (l->desc.filter != LSAMP_TEXELS_LINEAR) return lsamp__texel_radiance(l, i, j);
+    fx = x * (float)l->desc.width - ((float)i + 0.5f);      /* from the centre, -0.5..0.5 */
+    fy = y * (float)l->desc.height - ((float)j + 0.5f);
+    dx = fx < 0.0f ? -1 : 1;
+    dy = fy < 0.0f ? -1 : 1;
+    fx = fabsf(fx);
+    fy = fabsf(fy);
+    a = lsamp__v3_scale(lsamp__texel_radiance(l, i, j), 1.0f - fx);
+    a = lsamp__v3_madd(a, lsamp__texel_beside(l, i, j, dx, 0), fx);
+    b = lsamp__v3_scale(lsamp__texel_beside(l, i, j, 0, dy), 1.0f - fx);
+    b = lsamp__v3_madd(b, lsamp__texel_beside(l, i, j, dx, dy), fx);
+    return lsamp__v3_madd(lsamp__v3_scale(a, 1.0f - fy), b, fy);
 }
 
 /* Returns the density of the coordinates that lsamp__pick_point draws, relative to uniform ones. */
 static float lsamp__texel_density(const lsamp_light *l, float x, float y)
 {
-    return l->desc.texels ? lsamp__v3_dot(lsamp__texel_at(l, x, y), l->tint) : 1.0f;
+    if (!l->desc.texels) return 1.0f;
+    return lsamp__v3_dot(lsamp__texel_mean(l, lsamp__cell_of(x, l->desc.width),
+                                           lsamp__cell_of(y, l->desc.height)), l->tint);
 }
 
 /* Returns the cell of a cdf that u falls into, and writes how far inside of the cell. guide[b] is the cell
@@ -2159,13 +2240,15 @@ static int lsamp__emit_area(const lsamp__aim *a, lsamp__v3 q, lsamp__v3 n, float
 static int lsamp__environment_found(const lsamp_light *l, uint32_t x, uint32_t y, float u, float v,
                                     lsamp__v3 w, lsamp_emission *out)
 {
-    lsamp__v3 texel = lsamp__texel_radiance(l, x, y);
+    lsamp__v3 mean = lsamp__texel_mean(l, x, y), texel = mean;
 
+    if (l->desc.filter == LSAMP_TEXELS_LINEAR)
+        texel = lsamp__texel_at(l, lsamp__clamp_unit(u), lsamp__clamp_unit(v));
     u -= l->turn;
     out->coords[0] = lsamp__clamp_unit(u - floorf(u));
     out->coords[1] = lsamp__clamp_unit(v);
     out->distance = LSAMP_INFINITY;
-    out->pdf = lsamp__v3_dot(texel, l->tint);
+    out->pdf = lsamp__v3_dot(mean, l->tint);
     lsamp__v3_store(out->direction, w);
     return lsamp__emit(l, texel, 1.0f, w, out) && out->pdf > 0.0f;
 }
@@ -2402,6 +2485,28 @@ static int lsamp__delta_draw(const lsamp__aim *a, lsamp_emission *out)
     return lsamp__emit(l, lsamp__v3_make(scale, scale, scale), 1.0f, lsamp__v3_scale(w, -1.0f), out);
 }
 
+/* Writes the point of a surface at x, y, its normal, and d area / dx dy there. */
+static void lsamp__surface_point(const lsamp_surface *s, float x, float y, float q[3], float n[3],
+                                 float *area)
+{
+    const uint32_t columns = s->width - (s->round ? 0u : 1u), rows = s->height - 1u;
+    const uint32_t i = lsamp__cell_of(x, columns), j = lsamp__cell_of(y, rows);
+    const uint32_t next = i + 1u < s->width ? i + 1u : 0u;
+    const float fx = x * (float)columns - (float)i, fy = y * (float)rows - (float)j;
+    const float *row = s->points + 3u * (size_t)j * s->width, *after = row + 3u * (size_t)s->width;
+    const lsamp__v3 a = lsamp__v3_load(row + 3u * (size_t)i), b = lsamp__v3_load(row + 3u * (size_t)next);
+    const lsamp__v3 c = lsamp__v3_load(after + 3u * (size_t)i), d = lsamp__v3_load(after + 3u * (size_t)next);
+    const lsamp__v3 top = lsamp__v3_sub(b, a), bottom = lsamp__v3_sub(d, c);
+    const lsamp__v3 left = lsamp__v3_sub(c, a), right = lsamp__v3_sub(d, b);
+    const lsamp__v3 along = lsamp__v3_madd(lsamp__v3_scale(top, 1.0f - fy), bottom, fy);
+    const lsamp__v3 across = lsamp__v3_madd(lsamp__v3_scale(left, 1.0f - fx), right, fx);
+    const lsamp__v3 normal = lsamp__v3_cross(lsamp__v3_scale(along, (float)columns),
+                                             lsamp__v3_scale(across, (float)rows));
+    lsamp__v3_store(q, lsamp__v3_madd(lsamp__v3_madd(a, top, fx), across, fy));
+    lsamp__v3_store(n, normal);
+    *area = lsamp__v3_length(normal);
+}
+
 static int lsamp__callback_draw(const lsamp__aim *a, const float *u, lsamp_emission *out)
 {
     const lsamp_light *l = a->light;
@@ -2413,6 +2518,7 @@ static int lsamp__callback_draw(const lsamp__aim *a, const float *u, lsamp_emiss
     out->coords[1] = y;
     out->coords[2] = u[2];
     if (l->curve) lsamp__curve_point(l->curve, out->coords, q, n, &area);
+    else if (l->desc.surface) lsamp__surface_point(l->desc.surface, x, y, q, n, &area);
     else l->desc.shape_fn(l->desc.user, l->desc.time, out->coords, q, n, &area);
     if (!lsamp__v3_finite(lsamp__v3_load(q)) || !lsamp__v3_finite(lsamp__v3_load(n)) ||
         !lsamp__finite(area) || !(area > 0.0f))
@@ -2609,6 +2715,15 @@ static int lsamp__shape_valid(const lsamp__logger *log, const lsamp_light_desc *
            lsamp__field_valid(log, "desc.radius", d->radius, 1e-18f, big, "1e-18..1e18");
 }
 
+/* Checks a surface; its points are looked at when they are drawn, since they may move from frame to frame. */
+static int lsamp__surface_valid(const lsamp__logger *log, const lsamp_surface *s)
+{
+    if (!s) return lsamp__light_refuse(log, "desc.surface", "is NULL");
+    if (!s->points) return lsamp__light_refuse(log, "desc.surface->points", "is NULL");
+    return lsamp__count_valid(log, "desc.surface->width", s->width, 2, 4096, "2..4096") &&
+           lsamp__count_valid(log, "desc.surface->height", s->height, 2, 4096, "2..4096");
+}
+
 /* Checks the fields that only a mesh has, and the mesh, whose faults are not those of the desc. */
 static lsamp_result lsamp__mesh_light_check(const lsamp__logger *log, const lsamp_light_desc *d)
 {
@@ -2641,6 +2756,10 @@ static int lsamp__fields_valid(const lsamp_light_desc *d, const lsamp__logger *l
         !lsamp__field_valid(log, "desc.frames_per_second", d->frames_per_second, 0.0f, 1e6f, "0..1000000") ||
         !lsamp__texels_valid(log, d))
         return 0;
+    if ((unsigned)d->filter >= (unsigned)LSAMP_TEXELS_COUNT) {
+        if (log) lsamp__log_value(log, "desc.filter", (double)d->filter, "a LSAMP_TEXELS_...");
+        return 0;
+    }
     switch (d->kind) {
     case LSAMP_LIGHT_DEFAULT:
     case LSAMP_LIGHT_ENVIRONMENT:
@@ -2649,6 +2768,7 @@ static int lsamp__fields_valid(const lsamp_light_desc *d, const lsamp__logger *l
     case LSAMP_LIGHT_CALLBACK:
         return d->shape_fn != NULL || lsamp__light_refuse(log, "desc.shape_fn", "is NULL");
     case LSAMP_LIGHT_MESH: return 1;
+    case LSAMP_LIGHT_SURFACE: return lsamp__surface_valid(log, d->surface);
     default: break;
     }
     if (!lsamp__field3_valid(log, "desc.position", d->position, -big, big, "-1e18..1e18")) return 0;
@@ -2759,7 +2879,7 @@ static void lsamp__emitter_cdf(lsamp_light *l, double *memory, float *row, uint1
     for (y = 0; y < h; y++) {
         lsamp__cdf line;
         double *at = sums + (size_t)y * (w + 1u);
-        for (x = 0; x < w; x++) row[x] = lsamp__v3_dot(lsamp__texel_radiance(l, x, y), tint);
+        for (x = 0; x < w; x++) row[x] = lsamp__v3_dot(lsamp__texel_mean(l, x, y), tint);
         (void)lsamp__cdf_build(&line, at, row, w, l->edges ? l->edges[y] - l->edges[y + 1u] : 1.0);
         lsamp__guide_build(at, guide + h + (size_t)y * w, w);
         rows[y] = total;
@@ -2774,6 +2894,17 @@ static void lsamp__emitter_cdf(lsamp_light *l, double *memory, float *row, uint1
     l->cdf.sums = sums;
     l->cdf.width = w;
     l->cdf.height = h;
+}
+
+/* Replaces the default kind by what it is, and that of a surface by the kind by whose code it is drawn. */
+static void lsamp__emitter_kind(lsamp_light *l)
+{
+    lsamp_light_desc *d = &l->desc;
+    if (d->kind == LSAMP_LIGHT_DEFAULT) d->kind = LSAMP_LIGHT_ENVIRONMENT;
+    if (d->kind != LSAMP_LIGHT_SURFACE) d->surface = NULL;
+    l->round = d->kind == LSAMP_LIGHT_ENVIRONMENT || d->kind == LSAMP_LIGHT_SPHERE ||
+               (d->surface && d->surface->round);
+    if (d->surface) d->kind = LSAMP_LIGHT_CALLBACK;
 }
 
 static void lsamp__emitter_geometry(lsamp_light *l)
@@ -2848,8 +2979,9 @@ LSAMP_DEF lsamp_result lsamp_light_init(const lsamp_light_desc *desc, void *memo
     }
     memset(l, 0, sizeof *l);
     l->desc = *desc;
-    if (desc->kind == LSAMP_LIGHT_DEFAULT) l->desc.kind = LSAMP_LIGHT_ENVIRONMENT;
     l->desc.texels = NULL;
+    if (!desc->texels) l->desc.filter = LSAMP_TEXELS_NEAREST;   /* there is nothing to be linear between */
+    lsamp__emitter_kind(l);
     lsamp__emitter_geometry(l);
     if (desc->kind == LSAMP_LIGHT_MESH) {
         lsamp__curve *curve;
@@ -2901,7 +3033,8 @@ LSAMP_DEF lsamp_result lsamp_light_domain(const lsamp_light *light, lsamp_domain
     log = lsamp__logger_of(&d->system, "lsamp_light_domain");
     if (!out) return lsamp__refuse(&log, LSAMP_ERR_ARGUMENT, "out", "is NULL");
     if (d->kind == LSAMP_LIGHT_CALLBACK && !light->curve)
-        return lsamp__refuse(&log, LSAMP_ERR_MISMATCH, "light", "is a callback, which has no domain");
+        return lsamp__refuse(&log, LSAMP_ERR_MISMATCH, "light",
+                             "is a callback or a surface, which has no domain of its own");
     memset(out, 0, sizeof *out);
     out->kind = kinds[d->kind];
     if (light->curve) {
@@ -2923,6 +3056,25 @@ LSAMP_DEF lsamp_result lsamp_light_domain(const lsamp_light *light, lsamp_domain
         out->locations = light->location;
         out->location_count = 1;
     }
+    return LSAMP_OK;
+}
+
+LSAMP_DEF lsamp_result lsamp_surface_locations(const lsamp_surface *surface, uint32_t width, uint32_t height,
+                                               float lift, float *locations)
+{
+    uint32_t i, j;
+
+    if (!surface || !locations || !width || !height) return LSAMP_ERR_ARGUMENT;
+    if (!lsamp__surface_valid(NULL, surface) || !lsamp__finite(lift)) return LSAMP_ERR_INPUT;
+    for (j = 0; j < height; j++)
+        for (i = 0; i < width; i++, locations += 4) {
+            const float x = ((float)i + 0.5f) / (float)width, y = ((float)j + 0.5f) / (float)height;
+            float q[3], n[3], area;
+            lsamp__surface_point(surface, x, y, q, n, &area);
+            lsamp__v3_store(locations, lsamp__v3_madd(lsamp__v3_load(q),
+                                                      lsamp__v3_normalize(lsamp__v3_load(n)), lift));
+            locations[3] = 1.0f;
+        }
     return LSAMP_OK;
 }
 

@@ -119,7 +119,8 @@ struct glbk_csm_maps {              /* read only; zeroed = none */
 };
 
 /* A light is a lsamp_light_desc, and is refused if lsamp_light_init refuses it. The differences are these:
-   - LSAMP_LIGHT_CALLBACK and emission_fn are refused, too, since GPUs call no functions.
+   - LSAMP_LIGHT_CALLBACK and emission_fn are refused, too, since GPUs call no functions; LSAMP_LIGHT_SURFACE
+     and LSAMP_TEXELS_LINEAR are for CPUs only.
    - cone_half_angle of a spot may reach pi.
    - A mesh is sampled triangle by triangle, in their order, by area, whereas lightsampling.h cuts it first;
      its places and radius do not matter here. Samples and their coordinates are those of lsamp_sample if the

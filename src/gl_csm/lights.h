@@ -70,6 +70,8 @@ static int glbk__csm_unit(const glbk__csm_logger *log, const char *member, const
 /* Returns 1 if the GPU knows lights of this kind, else logs it and returns 0. */
 static int glbk__csm_kind_valid(const glbk__csm_logger *log, lsamp_light_kind kind)
 {
+    if (kind == LSAMP_LIGHT_SURFACE)
+        return glbk__csm_refuse(log, ".kind", "is LSAMP_LIGHT_SURFACE, for CPUs only");
     if (kind == LSAMP_LIGHT_CALLBACK)
         return glbk__csm_refuse(log, ".kind", "is LSAMP_LIGHT_CALLBACK: GPUs call no functions");
     return glbk__csm_in(log, ".kind", (double)kind, 0, LSAMP_LIGHT_COUNT - 1, "a LSAMP_LIGHT_...");
@@ -197,6 +199,8 @@ static int glbk__csm_shape_valid(const glbk__csm_logger *log, const lsamp_light_
 static int glbk__csm_light_valid(const glbk__csm_logger *log, const lsamp_light_desc *d)
 {
     const double big = (double)1e18f;
+    if (d->filter != LSAMP_TEXELS_NEAREST)
+        return glbk__csm_refuse(log, ".filter", "is not LSAMP_TEXELS_NEAREST, all that GPUs know");
     if (d->emission_fn) return glbk__csm_refuse(log, ".emission_fn", "is set: GPUs call no functions");
     return glbk__csm_kind_valid(log, d->kind) &&
            glbk__csm_in3(log, ".radiance", d->radiance, 0, (double)1e30f, "0..1e30") &&

@@ -24,8 +24,8 @@ LSAMP_DEF int lsamp_light_hit(const lsamp_light *light, const float p[3], const 
                               lsamp_emission *out);
 /* Writes the point of the light at which a ray from p would arrive if nothing stood between them. Returns 1;
    returns 0 and leaves *out untouched if the ray misses the light, or if an argument is NULL or out of range.
-   Sun, point and spot have no area to hit; a callback cannot be intersected; and meshes are not searched: for
-   these the function always returns 0, and lsamp_light_sample is the only way to reach them.
+   Sun, point and spot have no area to hit; a callback cannot be intersected; and meshes and surfaces are not
+   searched: for these the function always returns 0, and lsamp_light_sample is the only way to reach them.
    direction  unit */
 
 LSAMP_DEF size_t lsamp_light_triangles(const lsamp_light *light, float *corners);
@@ -33,6 +33,15 @@ LSAMP_DEF size_t lsamp_light_triangles(const lsamp_light *light, float *corners)
    order of the mesh's curve. A piece is a triangle; the areas of pieces differ by at most a factor of two,
    but for triangles of the mesh that are smaller still.
    corners  receives 9 floats a piece, x, y, z of each corner; NULL: the pieces are only counted */
+
+LSAMP_DEF lsamp_result lsamp_surface_locations(const lsamp_surface *surface, uint32_t width, uint32_t height,
+                                               float lift, float *locations);
+/* Writes D for a LSAMP_LIGHT_SURFACE: the surface at the centres of width x height equal cells of its
+   coordinates, for a domain of LSAMP_DOMAIN_TABLE with these sides, whose maps are asked by the samples'
+   coords.
+   lift        how far the places stand above the side that emits, lest the surface itself hides all
+   locations   receives 4 floats for each cell, rows of width: x, y, z, 1
+   Errors      LSAMP_ERR_ARGUMENT (NULL, a side of 0), LSAMP_ERR_INPUT (surface, lift). There is no log */
 
 typedef enum lsamp_domain_kind {    /* the numbers are those of cohsm_domain_kind */
     LSAMP_DOMAIN_DEFAULT,           /* = LSAMP_DOMAIN_LATLONG, which lsamp_light_domain writes in its place */
@@ -63,8 +72,8 @@ LSAMP_DEF lsamp_result lsamp_light_domain(const lsamp_light *light, lsamp_domain
    floats each (csm.h: COHSM_LIGHT_PARAMETER, light_stride 12).
    out      side is 0, which csm.h takes for its default, except for the TABLE of a mesh; the locations of
             LIST and TABLE lie in the light's memory
-   Errors   LSAMP_ERR_ARGUMENT (NULL), LSAMP_ERR_MISMATCH (a callback, which has no domain: make a table of
-            positions from shape_fn) */
+   Errors   LSAMP_ERR_ARGUMENT (NULL), LSAMP_ERR_MISMATCH (a callback or a surface: make a table of
+            positions from shape_fn, or by lsamp_surface_locations) */
 
 /* ---- materials, direction by direction ---- */
 

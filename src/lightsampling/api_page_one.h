@@ -124,8 +124,29 @@ typedef enum lsamp_light_kind {     /* the shape that emits, and its coordinates
     LSAMP_LIGHT_MESH,               /* triangles that emit to the side from which their corners run
                                        counter-clockwise. x runs along a curve through all of them, in
                                        proportion to area; y and z lie in the piece that x names */
+    LSAMP_LIGHT_SURFACE,            /* a grid of points, between which the surface is linear: x runs along its
+                                       rows and y across them. Equal ranges cover equal areas only where the
+                                       grid's cells do */
     LSAMP_LIGHT_COUNT
 } lsamp_light_kind;
+
+typedef enum lsamp_texels {   /* what L is between the centres of texels */
+    LSAMP_TEXELS_DEFAULT,           /* = LSAMP_TEXELS_NEAREST */
+    LSAMP_TEXELS_NEAREST = LSAMP_TEXELS_DEFAULT,    /* that of the nearest texel */
+    LSAMP_TEXELS_LINEAR,            /* linear along both coordinates, as in section 5: a glossy surface shows
+                                       a continuous highlight in place of squares (figure 12). Columns of a
+                                       sky, a sphere and a round surface go round; at other edges the last
+                                       texel goes on */
+    LSAMP_TEXELS_COUNT
+} lsamp_texels;
+
+typedef struct lsamp_surface {      /* A of LSAMP_LIGHT_SURFACE as a table */
+    uint32_t     width, height;     /* 2..4096 each */
+    const float *points;            /* x, y, z of each, height rows of width. The surface emits
+                                       to the side of (along the rows) x (across them). Where points are not
+                                       finite it does not emit */
+    int          round;             /* not 0: after the last column comes the first */
+} lsamp_surface;
 
 typedef void (*lsamp_shape_fn)(void *user, float time, const float x[3], float position[3], float normal[3],
                                float *area);
@@ -172,6 +193,9 @@ typedef struct lsamp_light_desc {   /* zero it, then set what this kind of light
     uint32_t          place_count;       /* how many places for maps lsamp_light_domain gives for a mesh,
                                             1..2^24; 0 = 1024. The mesh is cut into twice as many pieces, or
                                             more */
+    lsamp_texels filter;           /* of texels */
+    const lsamp_surface *surface;        /* of LSAMP_LIGHT_SURFACE, in world space; it and its points are read
+                                            whenever the light is sampled, and must live as long */
 } lsamp_light_desc;
 
 typedef enum lsamp_material_kind {

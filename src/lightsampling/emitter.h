@@ -18,7 +18,8 @@ struct lsamp_light {
     float         turn;          /* environment: rotation / (2 pi) */
     int           orthogonal;    /* rectangle: its edges are at right angles */
     float         location[4];   /* point and spot: the only location of their domain */
-    const lsamp__curve *curve;   /* mesh: its pieces; desc.kind is CALLBACK then */
+    const lsamp__curve *curve;   /* mesh: its pieces; desc.kind is CALLBACK then, as it is of a surface */
+    int           round;         /* columns of texels go round */
 };
 
 typedef struct lsamp__aim {      /* a light as one point sees it, which all samples of the point share */
@@ -57,15 +58,59 @@ static uint32_t lsamp__cell_of(float x, uint32_t count)
     return i < count ? i : count - 1u;
 }
 
+/* Returns the texel before or after x, y, by dx and dy of -1..1: beyond an edge the last one, or that of the
+   other side where columns go round. */
+static lsamp__v3 lsamp__texel_beside(const lsamp_light *l, uint32_t x, uint32_t y, int dx, int dy)
+{
+    const uint32_t w = l->desc.width, h = l->desc.height;
+    if (dx < 0) x = x ? x - 1u : l->round ? w - 1u : 0u;
+    if (dx > 0) x = x + 1u < w ? x + 1u : l->round ? 0u : x;
+    if (dy < 0 && y) y--;
+    if (dy > 0 && y + 1u < h) y++;
+    return lsamp__texel_radiance(l, x, y);
+}
+
+/* Returns the mean of L over texel x, y. Linear between the centres a, b, c, it is (a + 6 b + c) / 8. */
+static lsamp__v3 lsamp__texel_mean(const lsamp_light *l, uint32_t x, uint32_t y)
+{
+    static const float weight[3] = { 0.125f, 0.75f, 0.125f };
+    lsamp__v3 sum = lsamp__v3_make(0.0f, 0.0f, 0.0f);
+    int dx, dy;
+    if (l->desc.filter != LSAMP_TEXELS_LINEAR) return lsamp__texel_radiance(l, x, y);
+    for (dy = -1; dy <= 1; dy++)
+        for (dx = -1; dx <= 1; dx++)
+            sum = lsamp__v3_madd(sum, lsamp__texel_beside(l, x, y, dx, dy), weight[dx + 1] * weight[dy + 1]);
+    return sum;
+}
+
+/* Returns L at x, y. */
 static lsamp__v3 lsamp__texel_at(const lsamp_light *l, float x, float y)
 {
-    return lsamp__texel_radiance(l, lsamp__cell_of(x, l->desc.width), lsamp__cell_of(y, l->desc.height));
+    const uint32_t i = lsamp__cell_of(x, l->desc.width), j = lsamp__cell_of(y, l->desc.height);
+    float fx, fy;
+    int dx, dy;
+    lsamp__v3 a, b;
+
+    if (l->desc.filter != LSAMP_TEXELS_LINEAR) return lsamp__texel_radiance(l, i, j);
+    fx = x * (float)l->desc.width - ((float)i + 0.5f);      /* from the centre, -0.5..0.5 */
+    fy = y * (float)l->desc.height - ((float)j + 0.5f);
+    dx = fx < 0.0f ? -1 : 1;
+    dy = fy < 0.0f ? -1 : 1;
+    fx = fabsf(fx);
+    fy = fabsf(fy);
+    a = lsamp__v3_scale(lsamp__texel_radiance(l, i, j), 1.0f - fx);
+    a = lsamp__v3_madd(a, lsamp__texel_beside(l, i, j, dx, 0), fx);
+    b = lsamp__v3_scale(lsamp__texel_beside(l, i, j, 0, dy), 1.0f - fx);
+    b = lsamp__v3_madd(b, lsamp__texel_beside(l, i, j, dx, dy), fx);
+    return lsamp__v3_madd(lsamp__v3_scale(a, 1.0f - fy), b, fy);
 }
 
 /* Returns the density of the coordinates that lsamp__pick_point draws, relative to uniform ones. */
 static float lsamp__texel_density(const lsamp_light *l, float x, float y)
 {
-    return l->desc.texels ? lsamp__v3_dot(lsamp__texel_at(l, x, y), l->tint) : 1.0f;
+    if (!l->desc.texels) return 1.0f;
+    return lsamp__v3_dot(lsamp__texel_mean(l, lsamp__cell_of(x, l->desc.width),
+                                           lsamp__cell_of(y, l->desc.height)), l->tint);
 }
 
 /* Returns the cell of a cdf that u falls into, and writes how far inside of the cell. guide[b] is the cell

@@ -87,6 +87,15 @@ static int lsamp__shape_valid(const lsamp__logger *log, const lsamp_light_desc *
            lsamp__field_valid(log, "desc.radius", d->radius, 1e-18f, big, "1e-18..1e18");
 }
 
+/* Checks a surface; its points are looked at when they are drawn, since they may move from frame to frame. */
+static int lsamp__surface_valid(const lsamp__logger *log, const lsamp_surface *s)
+{
+    if (!s) return lsamp__light_refuse(log, "desc.surface", "is NULL");
+    if (!s->points) return lsamp__light_refuse(log, "desc.surface->points", "is NULL");
+    return lsamp__count_valid(log, "desc.surface->width", s->width, 2, 4096, "2..4096") &&
+           lsamp__count_valid(log, "desc.surface->height", s->height, 2, 4096, "2..4096");
+}
+
 /* Checks the fields that only a mesh has, and the mesh, whose faults are not those of the desc. */
 static lsamp_result lsamp__mesh_light_check(const lsamp__logger *log, const lsamp_light_desc *d)
 {
@@ -119,6 +128,10 @@ static int lsamp__fields_valid(const lsamp_light_desc *d, const lsamp__logger *l
         !lsamp__field_valid(log, "desc.frames_per_second", d->frames_per_second, 0.0f, 1e6f, "0..1000000") ||
         !lsamp__texels_valid(log, d))
         return 0;
+    if ((unsigned)d->filter >= (unsigned)LSAMP_TEXELS_COUNT) {
+        if (log) lsamp__log_value(log, "desc.filter", (double)d->filter, "a LSAMP_TEXELS_...");
+        return 0;
+    }
     switch (d->kind) {
     case LSAMP_LIGHT_DEFAULT:
     case LSAMP_LIGHT_ENVIRONMENT:
@@ -127,6 +140,7 @@ static int lsamp__fields_valid(const lsamp_light_desc *d, const lsamp__logger *l
     case LSAMP_LIGHT_CALLBACK:
         return d->shape_fn != NULL || lsamp__light_refuse(log, "desc.shape_fn", "is NULL");
     case LSAMP_LIGHT_MESH: return 1;
+    case LSAMP_LIGHT_SURFACE: return lsamp__surface_valid(log, d->surface);
     default: break;
     }
     if (!lsamp__field3_valid(log, "desc.position", d->position, -big, big, "-1e18..1e18")) return 0;
@@ -237,7 +251,7 @@ static void lsamp__emitter_cdf(lsamp_light *l, double *memory, float *row, uint1
     for (y = 0; y < h; y++) {
         lsamp__cdf line;
         double *at = sums + (size_t)y * (w + 1u);
-        for (x = 0; x < w; x++) row[x] = lsamp__v3_dot(lsamp__texel_radiance(l, x, y), tint);
+        for (x = 0; x < w; x++) row[x] = lsamp__v3_dot(lsamp__texel_mean(l, x, y), tint);
         (void)lsamp__cdf_build(&line, at, row, w, l->edges ? l->edges[y] - l->edges[y + 1u] : 1.0);
         lsamp__guide_build(at, guide + h + (size_t)y * w, w);
         rows[y] = total;
@@ -252,6 +266,17 @@ static void lsamp__emitter_cdf(lsamp_light *l, double *memory, float *row, uint1
     l->cdf.sums = sums;
     l->cdf.width = w;
     l->cdf.height = h;
+}
+
+/* Replaces the default kind by what it is, and that of a surface by the kind by whose code it is drawn. */
+static void lsamp__emitter_kind(lsamp_light *l)
+{
+    lsamp_light_desc *d = &l->desc;
+    if (d->kind == LSAMP_LIGHT_DEFAULT) d->kind = LSAMP_LIGHT_ENVIRONMENT;
+    if (d->kind != LSAMP_LIGHT_SURFACE) d->surface = NULL;
+    l->round = d->kind == LSAMP_LIGHT_ENVIRONMENT || d->kind == LSAMP_LIGHT_SPHERE ||
+               (d->surface && d->surface->round);
+    if (d->surface) d->kind = LSAMP_LIGHT_CALLBACK;
 }
 
 static void lsamp__emitter_geometry(lsamp_light *l)
@@ -326,8 +351,9 @@ LSAMP_DEF lsamp_result lsamp_light_init(const lsamp_light_desc *desc, void *memo
     }
     memset(l, 0, sizeof *l);
     l->desc = *desc;
-    if (desc->kind == LSAMP_LIGHT_DEFAULT) l->desc.kind = LSAMP_LIGHT_ENVIRONMENT;
     l->desc.texels = NULL;
+    if (!desc->texels) l->desc.filter = LSAMP_TEXELS_NEAREST;   /* there is nothing to be linear between */
+    lsamp__emitter_kind(l);
     lsamp__emitter_geometry(l);
     if (desc->kind == LSAMP_LIGHT_MESH) {
         lsamp__curve *curve;
@@ -379,7 +405,8 @@ LSAMP_DEF lsamp_result lsamp_light_domain(const lsamp_light *light, lsamp_domain
     log = lsamp__logger_of(&d->system, "lsamp_light_domain");
     if (!out) return lsamp__refuse(&log, LSAMP_ERR_ARGUMENT, "out", "is NULL");
     if (d->kind == LSAMP_LIGHT_CALLBACK && !light->curve)
-        return lsamp__refuse(&log, LSAMP_ERR_MISMATCH, "light", "is a callback, which has no domain");
+        return lsamp__refuse(&log, LSAMP_ERR_MISMATCH, "light",
+                             "is a callback or a surface, which has no domain of its own");
     memset(out, 0, sizeof *out);
     out->kind = kinds[d->kind];
     if (light->curve) {
@@ -401,6 +428,25 @@ LSAMP_DEF lsamp_result lsamp_light_domain(const lsamp_light *light, lsamp_domain
         out->locations = light->location;
         out->location_count = 1;
     }
+    return LSAMP_OK;
+}
+
+LSAMP_DEF lsamp_result lsamp_surface_locations(const lsamp_surface *surface, uint32_t width, uint32_t height,
+                                               float lift, float *locations)
+{
+    uint32_t i, j;
+
+    if (!surface || !locations || !width || !height) return LSAMP_ERR_ARGUMENT;
+    if (!lsamp__surface_valid(NULL, surface) || !lsamp__finite(lift)) return LSAMP_ERR_INPUT;
+    for (j = 0; j < height; j++)
+        for (i = 0; i < width; i++, locations += 4) {
+            const float x = ((float)i + 0.5f) / (float)width, y = ((float)j + 0.5f) / (float)height;
+            float q[3], n[3], area;
+            lsamp__surface_point(surface, x, y, q, n, &area);
+            lsamp__v3_store(locations, lsamp__v3_madd(lsamp__v3_load(q),
+                                                      lsamp__v3_normalize(lsamp__v3_load(n)), lift));
+            locations[3] = 1.0f;
+        }
     return LSAMP_OK;
 }
 

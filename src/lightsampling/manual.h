@@ -91,9 +91,12 @@
 
      section 5     the direct lighting equation      lsamp_sample, lsamp_accumulate           T10, T20, T23
      section 5     A, a light's shape (figure 12)    lsamp_light_kind, lsamp__shape_point     T43, T73
+     section 5     A as a table, linearly filtered   lsamp_surface, lsamp__surface_point      T43, T73
      section 5     L, texels, and frames over time   lsamp_light_desc, lsamp__emitter_frame   T18, T22
+     section 5     L, linear filtering (figure 12)   lsamp_texels, lsamp__texel_at      T43
      section 5     emitters that are not Lambertian  lsamp__emit                              T43
      section 4, 5  D, where maps look from           lsamp_light_domain                       -
+                                                     lsamp_surface_locations                  -
      section 5.1   the mean of f L V cos / p         lsamp__estimate                          T10, T73
      section 5.1   P_L, the inverse of a CDF         lsamp__emitter_cdf, lsamp__invert_sums   T11, T12, T15
      section 5     a material for each pixel         lsamp_points (materials)                 -

@@ -6,13 +6,15 @@
 static int lsamp__environment_found(const lsamp_light *l, uint32_t x, uint32_t y, float u, float v,
                                     lsamp__v3 w, lsamp_emission *out)
 {
-    lsamp__v3 texel = lsamp__texel_radiance(l, x, y);
+    lsamp__v3 mean = lsamp__texel_mean(l, x, y), texel = mean;
 
+    if (l->desc.filter == LSAMP_TEXELS_LINEAR)
+        texel = lsamp__texel_at(l, lsamp__clamp_unit(u), lsamp__clamp_unit(v));
     u -= l->turn;
     out->coords[0] = lsamp__clamp_unit(u - floorf(u));
     out->coords[1] = lsamp__clamp_unit(v);
     out->distance = LSAMP_INFINITY;
-    out->pdf = lsamp__v3_dot(texel, l->tint);
+    out->pdf = lsamp__v3_dot(mean, l->tint);
     lsamp__v3_store(out->direction, w);
     return lsamp__emit(l, texel, 1.0f, w, out) && out->pdf > 0.0f;
 }
@@ -249,6 +251,28 @@ static int lsamp__delta_draw(const lsamp__aim *a, lsamp_emission *out)
     return lsamp__emit(l, lsamp__v3_make(scale, scale, scale), 1.0f, lsamp__v3_scale(w, -1.0f), out);
 }
 
+/* Writes the point of a surface at x, y, its normal, and d area / dx dy there. */
+static void lsamp__surface_point(const lsamp_surface *s, float x, float y, float q[3], float n[3],
+                                 float *area)
+{
+    const uint32_t columns = s->width - (s->round ? 0u : 1u), rows = s->height - 1u;
+    const uint32_t i = lsamp__cell_of(x, columns), j = lsamp__cell_of(y, rows);
+    const uint32_t next = i + 1u < s->width ? i + 1u : 0u;
+    const float fx = x * (float)columns - (float)i, fy = y * (float)rows - (float)j;
+    const float *row = s->points + 3u * (size_t)j * s->width, *after = row + 3u * (size_t)s->width;
+    const lsamp__v3 a = lsamp__v3_load(row + 3u * (size_t)i), b = lsamp__v3_load(row + 3u * (size_t)next);
+    const lsamp__v3 c = lsamp__v3_load(after + 3u * (size_t)i), d = lsamp__v3_load(after + 3u * (size_t)next);
+    const lsamp__v3 top = lsamp__v3_sub(b, a), bottom = lsamp__v3_sub(d, c);
+    const lsamp__v3 left = lsamp__v3_sub(c, a), right = lsamp__v3_sub(d, b);
+    const lsamp__v3 along = lsamp__v3_madd(lsamp__v3_scale(top, 1.0f - fy), bottom, fy);
+    const lsamp__v3 across = lsamp__v3_madd(lsamp__v3_scale(left, 1.0f - fx), right, fx);
+    const lsamp__v3 normal = lsamp__v3_cross(lsamp__v3_scale(along, (float)columns),
+                                             lsamp__v3_scale(across, (float)rows));
+    lsamp__v3_store(q, lsamp__v3_madd(lsamp__v3_madd(a, top, fx), across, fy));
+    lsamp__v3_store(n, normal);
+    *area = lsamp__v3_length(normal);
+}
+
 static int lsamp__callback_draw(const lsamp__aim *a, const float *u, lsamp_emission *out)
 {
     const lsamp_light *l = a->light;
@@ -260,6 +284,7 @@ static int lsamp__callback_draw(const lsamp__aim *a, const float *u, lsamp_emiss
     out->coords[1] = y;
     out->coords[2] = u[2];
     if (l->curve) lsamp__curve_point(l->curve, out->coords, q, n, &area);
+    else if (l->desc.surface) lsamp__surface_point(l->desc.surface, x, y, q, n, &area);
     else l->desc.shape_fn(l->desc.user, l->desc.time, out->coords, q, n, &area);
     if (!lsamp__v3_finite(lsamp__v3_load(q)) || !lsamp__v3_finite(lsamp__v3_load(n)) ||
         !lsamp__finite(area) || !(area > 0.0f))

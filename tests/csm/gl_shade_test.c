@@ -411,7 +411,7 @@ static void bad_lights_are_refused(void **state)
     assert_int_equal(glbk_csm_light_texels(NULL), 0);
     assert_int_equal(glbk_csm_light_write(NULL, words), GLBK_ERR_ARGUMENT);
     for (i = 0; i < SHAPES; i++)
-        for (way = 0; way < 19; way++) {
+        for (way = 0; way < 21; way++) {
             lsamp_light_desc d = describe(every_shape[i], 0);
             lsamp_light_desc g = describe_gl(&d);
             lsamp_light_kind s = every_shape[i];
@@ -440,6 +440,8 @@ static void bad_lights_are_refused(void **state)
             if (way == 14) g.mesh = &none, refused = s == LSAMP_LIGHT_CALLBACK;
             if (way == 16) g.emission_fn = shine;                /* functions: a GPU cannot call them */
             if (way == 17) g.kind = LSAMP_LIGHT_CALLBACK, g.shape_fn = mesh_point;
+            if (way == 19) g.filter = LSAMP_TEXELS_LINEAR;       /* for CPUs only, as are surfaces */
+            if (way == 20) g.kind = LSAMP_LIGHT_SURFACE;
             if (way == 18) g.frame_count = 2;                         /* without texels */
             if (way == 15) g.cosine_power = 2, refused = s == LSAMP_LIGHT_ENVIRONMENT;
             if ((glbk_csm_light_texels(&g) == 0) != refused) fail_msg("shape %d, way %d", i, way);

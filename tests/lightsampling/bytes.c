@@ -263,7 +263,7 @@ static int bytes_lines(FILE *lines)
     for (kind = 0; kind < BYTES_KINDS; kind++)
         fprintf(lines, "material %u %08x\n", (unsigned)kind,
                 (unsigned)bytes_material(&room.materials[kind], &room, &failed));
-    for (kind = 0; kind < LSAMP_LIGHT_COUNT; kind++) {
+    for (kind = 0; kind <= LSAMP_LIGHT_MESH; kind++) {
         lsamp_light_desc d;
         lsamp_light *light;
         bytes_light(&d, &room, kind, &mesh);

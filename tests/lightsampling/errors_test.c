@@ -83,7 +83,7 @@ static void emission(void *user, float time, const float x[3], const float direc
 static void a_field_of_any_light_is_named(void **state)
 {
     (void)state;
-    REFUSES(LSAMP_LIGHT_COUNT, (void)0, "desc.kind is 11; it must be a LSAMP_LIGHT_...");
+    REFUSES(LSAMP_LIGHT_COUNT, (void)0, "desc.kind is 12; it must be a LSAMP_LIGHT_...");
     REFUSES(LSAMP_LIGHT_SUN, d.radiance[2] = -1, "desc.radiance is -1; it must be 0..1e30");
     REFUSES(LSAMP_LIGHT_SUN, d.radiance[2] = 1.1e30f, "desc.radiance is 1.1e30; it must be 0..1e30");
     REFUSES(LSAMP_LIGHT_SUN, d.time = 2e9f, "desc.time is 2000000000; it must be -1e9..1e9");
@@ -346,7 +346,7 @@ static void a_light_says_why_it_has_no_domain(void **state)
     d.shape_fn = surface;
     assert_int_equal(lsamp_light_init(&d, memory, sizeof memory, &light, NULL), LSAMP_OK);
     said(lsamp_light_domain(light, &domain), LSAMP_ERR_MISMATCH,
-         "lsamp_light_domain: light is a callback, which has no domain");
+         "lsamp_light_domain: light is a callback or a surface, which has no domain of its own");
     assert_int_equal(domain.location_count, (size_t)0x3131313131313131u);
     said(lsamp_light_domain(light, NULL), LSAMP_ERR_ARGUMENT, "lsamp_light_domain: out is NULL");
 }

@@ -1663,6 +1663,236 @@ static void short_indices_make_the_same_light(void **state)
     }
 }
 
+/* ---- textures of A and L, linear between what they hold (section 5, figure 12) ---- */
+
+enum { LW = 5, LH = 4 };
+
+/* Some texels are black, beside bright ones. */
+static void fill_texels(float *texels)
+{
+    int i;
+    for (i = 0; i < 3 * LW * LH; i++) texels[i] = (i / 3) % 3 ? (float)((i * 7) % 11) : 0.0f;
+}
+
+/* L at x, y in doubles: between the four nearest centres; columns go round or end. */
+static double linear_at(const float *texels, int c, double x, double y, int round)
+{
+    double fx = x * LW - 0.5, fy = y * LH - 0.5, sum = 0.0;
+    int i = (int)floor(fx), j = (int)floor(fy), k;
+    fx -= i;
+    fy -= j;
+    for (k = 0; k < 4; k++) {
+        int column = i + k % 2, row = j + k / 2;
+        column = round ? (column + LW) % LW : column < 0 ? 0 : column > LW - 1 ? LW - 1 : column;
+        row = row < 0 ? 0 : row > LH - 1 ? LH - 1 : row;
+        sum += (k % 2 ? fx : 1.0 - fx) * (k / 2 ? fy : 1.0 - fy) * (double)texels[3 * (row * LW + column) + c];
+    }
+    return sum;
+}
+
+static lsamp_light_desc square_above(float *texels)
+{
+    lsamp_light_desc d = light_desc(LSAMP_LIGHT_RECTANGLE, 1.0);
+    set3(d.position, 0, 0, 1);
+    set3(d.u, 0, 1, 0);
+    set3(d.v, 1, 0, 0);
+    if (!texels) return d;
+    fill_texels(texels);
+    d.texels = texels;
+    d.width = LW;
+    d.height = LH;
+    d.filter = LSAMP_TEXELS_LINEAR;
+    return d;
+}
+
+/* A ray that hits a light sees what lies between the centres, on a square that ends and on a ball that goes round. */
+static void linear_texels_are_linear_between_their_centres(void **state)
+{
+    const float p[3] = { 0.4f, 0.6f, 0.0f };
+    float texels[3 * LW * LH];
+    double off = 0.0;
+    int kind, i;
+    (void)state;
+    for (kind = 0; kind < 2; kind++) {
+        lsamp_light_desc d = square_above(texels);
+        light_box box;
+        int hits = 0;
+        if (kind) {
+            d.kind = LSAMP_LIGHT_SPHERE;
+            set3(d.position, 0.4, 0.6, 2);
+            d.radius = 1.5f;
+        }
+        box = make_light(&d);
+        for (i = 0; i < 4000; i++) {
+            lsamp_emission e;
+            float w[3];
+            int c;
+            polar(w, rnd() * (kind ? 0.85 : 0.7), rnd() * 2.0 * PI);
+            if (!lsamp_light_hit(box.light, p, w, &e)) continue;
+            hits++;
+            assert_true(e.pdf > 0.0f);
+            for (c = 0; c < 3; c++) {
+                double want = linear_at(texels, c, (double)e.coords[0], (double)e.coords[1], kind);
+                off = fmax(off, fabs((double)e.radiance[c] - want));
+            }
+        }
+        assert_true(hits > 1000);
+        free(box.memory);
+    }
+    CONFORM_MAX("T43", "L between the centres of 5 x 4 texels of up to 10, off the bilinear form", 2e-5, off);
+}
+
+/* Any density has the mean of the bilinear L, though some texels are black: what is sampled by the mean over a texel
+   misses nothing that shines into it. */
+static void t43_linear_texels_light_as_their_integral(void **state)
+{
+    const float up[3] = { 0, 0, 1 }, centre[3] = { 0.5f, 0.5f, 0.0f }, p[3] = { 0, 0, 0 };
+    float texels[3 * LW * LH];
+    lsamp_light_desc d = square_above(texels), sky = light_desc(LSAMP_LIGHT_ENVIRONMENT, 1.0);
+    light_box box;
+    double want = 0.0, seen = 0.0, sum = 0.0;
+    int i, j;
+    (void)state;
+
+    for (i = 0; i < 600; i++)           /* v runs along x, u along y */
+        for (j = 0; j < 600; j++) {
+            double s = (i + 0.5) / 600.0, t = (j + 0.5) / 600.0, x = t - 0.5, y = s - 0.5, d2 = x * x + y * y + 1.0;
+            want += linear_at(texels, 1, s, t, 0) / (d2 * d2) / 360000.0;
+            sum += linear_at(texels, 1, s, t, 0) / 360000.0;
+        }
+    check_irradiance("T43", "irradiance, unit square of 5 x 4 texels, linear between them", &d, centre, up, want, 1);
+    for (i = 0; i < LW * LH; i++) seen += (double)texels[3 * i + 1] / (LW * LH);
+    CONFORM("T43", "mean of L over the square, of that of its texels", 1, sum / seen, 1e-4);
+
+    sky.texels = texels;
+    sky.width = LW;
+    sky.height = LH;
+    sky.rotation = 0.7f;
+    sky.filter = LSAMP_TEXELS_LINEAR;
+    want = 0.0;
+    for (i = 0; i < 1200; i++)          /* azimuth; the angle from +Y */
+        for (j = 0; j < 600; j++) {
+            double x = (i + 0.5) / 1200.0, y = (j + 0.5) / 600.0, theta = PI * y;
+            double z = sin(theta) * sin(2.0 * PI * (x - 0.5) - (double)sky.rotation);
+            if (z <= 0.0) continue;
+            want += linear_at(texels, 1, x, y, 1) * z * sin(theta) * (2.0 * PI / 1200.0) * (PI / 600.0);
+        }
+    check_irradiance("T43", "irradiance, sky of 5 x 4 texels, linear between them", &sky, p, up, want, 1);
+
+    box = make_light(&d);               /* drawn and hit are one density */
+    for (i = 0; i < 500; i++) {
+        float u[3];
+        lsamp_emission drawn, hit;
+        set3(u, rnd(), rnd(), 0);
+        if (!lsamp_light_sample(box.light, centre, u, &drawn)) continue;
+        if (!lsamp_light_hit(box.light, centre, drawn.direction, &hit)) continue;
+        if (fabsf(hit.coords[0] * LW - roundf(hit.coords[0] * LW)) < 1e-3f) continue;       /* at edges of texels */
+        if (fabsf(hit.coords[1] * LH - roundf(hit.coords[1] * LH)) < 1e-3f) continue;
+        check_near("density", (double)drawn.pdf, (double)hit.pdf, 1e-4 * (double)hit.pdf);
+    }
+    free(box.memory);
+}
+
+/* Figure 12: what a mirror shows of the light along a line. By nearest texels it jumps by the whole contrast; linearly
+   it rises by no more than the contrast within a texel's width. */
+static void t43_a_highlight_of_linear_texels_is_continuous(void **state)
+{
+    enum { STEPS = 2000 };
+    const float p[3] = { 0.5f, 0.5f, 0.0f };
+    float texels[3 * LW * LH];
+    double step[2] = { 0.0, 0.0 };
+    int way, i;
+    (void)state;
+    for (way = 0; way < 2; way++) {
+        lsamp_light_desc d = square_above(texels);
+        light_box box;
+        double last = -1.0;
+        for (i = 0; i < 3 * LW * LH; i++) texels[i] = (float)(i / 3 % 2);
+        d.height = 1;
+        d.filter = way ? LSAMP_TEXELS_LINEAR : LSAMP_TEXELS_NEAREST;
+        box = make_light(&d);
+        for (i = 0; i < STEPS; i++) {
+            double y = (i + 0.5) / STEPS - 0.5, length = sqrt(y * y + 1.0);
+            lsamp_emission e;
+            float w[3];
+            set3(w, 0, y / length, 1.0 / length);
+            memset(&e, 0, sizeof e);
+            (void)lsamp_light_hit(box.light, p, w, &e);     /* black texels are not seen */
+            if (last >= 0.0) step[way] = fmax(step[way], fabs((double)e.radiance[1] - last));
+            last = (double)e.radiance[1];
+        }
+        free(box.memory);
+    }
+    CONFORM("T43", "largest step of a highlight of stripes 0 and 1, nearest texels", 1, step[0], 1e-6);
+    CONFORM("T43", "the same, linear texels, times steps a texel", 1, step[1] * STEPS / LW, 2e-3);
+}
+
+/* A grid of 2 x 2 points is a parallelogram; one of 64 x 33 that closes is nearly a ball. Moved corners bend it. */
+static void t43_t73_a_surface_lights_as_the_shape_that_it_is(void **state)
+{
+    enum { U = 64, V = 33 };
+    static const float square[12] = { 0, 0, 1,  0, 1, 1,  1, 0, 1,  1, 1, 1 };
+    static float ball_points[U * V * 3];
+    const float up[3] = { 0, 0, 1 }, centre[3] = { 0.5f, 0.5f, 0.0f }, p[3] = { 0, 0, 0 };
+    float texels[3 * LW * LH], places[6 * 4];
+    lsamp_light_desc d = light_desc(LSAMP_LIGHT_SURFACE, 1.0), flat;
+    lsamp_surface s = { 2, 2, square, 0 }, round = { U, V, ball_points, 1 };
+    light_box box;
+    estimate e[2];
+    int i, j;
+    (void)state;
+
+    d.surface = &s;
+    check_irradiance("T43", "irradiance, unit square above the point, as a surface", &d, centre, up, PI * 0.23945647,
+                     0);
+    flat = square_above(texels);
+    d.texels = texels;
+    d.width = LW;
+    d.height = LH;
+    d.filter = LSAMP_TEXELS_LINEAR;
+    for (i = 0; i < 2; i++) {           /* with the same texels and numbers it is the rectangle */
+        box = make_light(i ? &flat : &d);
+        e[i] = irradiance(box.light, centre, up, LSAMP_SAMPLING_LIGHT);
+        free(box.memory);
+    }
+    check_near("textured square as a surface", e[0].mean[1], e[1].mean[1], 1e-4 * e[1].mean[1]);
+
+    for (j = 0; j < V; j++)             /* from -Z to +Z, so that (along rows) x (across) points outwards */
+        for (i = 0; i < U; i++) {
+            float *q = ball_points + 3 * (j * U + i);
+            polar(q, PI - PI * j / (V - 1), 2.0 * PI * i / U);
+            for (int c = 0; c < 3; c++) q[c] *= 0.5f;
+            q[2] += 2.0f;
+        }
+    d = light_desc(LSAMP_LIGHT_SURFACE, 1.0);
+    d.surface = &round;
+    box = make_light(&d);
+    e[0] = irradiance(box.light, p, up, LSAMP_SAMPLING_LIGHT);
+    free(box.memory);
+    /* pi r^2 / d^2 of a ball; flat pieces lose less than 1 - cos(pi / 64) of the radius, and as much along it */
+    CONFORM("T73", "irradiance, ball as a surface of 64 x 33 points, of the ball's", 1, e[0].mean[1] / (PI / 16.0),
+            4.0 * e[0].standard_error / (PI / 16.0) + 5e-3);
+
+    assert_int_equal(lsamp_surface_locations(&s, 3, 2, 0.25f, places), LSAMP_OK);
+    for (i = 0; i < 6; i++) {           /* rows run along y; the square looks down */
+        check_near("place x", (double)places[4 * i], i / 3 ? 0.75 : 0.25, 1e-6);
+        check_near("place y", (double)places[4 * i + 1], (i % 3 + 0.5) / 3.0, 1e-6);
+        check_near("place z", (double)places[4 * i + 2], 0.75, 1e-6);
+        check_near("place w", (double)places[4 * i + 3], 1.0, 0.0);
+    }
+    assert_int_equal(lsamp_surface_locations(NULL, 3, 2, 0, places), LSAMP_ERR_ARGUMENT);
+    assert_int_equal(lsamp_surface_locations(&s, 0, 2, 0, places), LSAMP_ERR_ARGUMENT);
+    assert_int_equal(lsamp_surface_locations(&s, 3, 2, (float)NAN, places), LSAMP_ERR_INPUT);
+    s.width = 1;
+    assert_int_equal(lsamp_surface_locations(&s, 3, 2, 0, places), LSAMP_ERR_INPUT);
+    d.surface = &s;
+    assert_int_equal(lsamp_light_bytes(&d), 0);
+    d.surface = NULL;
+    assert_int_equal(lsamp_light_bytes(&d), 0);
+    flat.filter = LSAMP_TEXELS_COUNT;
+    assert_int_equal(lsamp_light_bytes(&flat), 0);
+}
+
 static void results_have_texts(void **state)
 {
     int i;
@@ -1704,6 +1934,10 @@ int main(void)
         cmocka_unit_test(the_mean_of_frames_converges_like_a_sequence),
         cmocka_unit_test(a_batch_may_be_cut_anywhere),
         cmocka_unit_test(bad_input_is_refused),
+        cmocka_unit_test(linear_texels_are_linear_between_their_centres),
+        cmocka_unit_test(t43_linear_texels_light_as_their_integral),
+        cmocka_unit_test(t43_a_highlight_of_linear_texels_is_continuous),
+        cmocka_unit_test(t43_t73_a_surface_lights_as_the_shape_that_it_is),
         cmocka_unit_test(results_have_texts),
         cmocka_unit_test(messages_name_what_was_refused),
         cmocka_unit_test(a_normal_of_zeros_is_no_receiver),
