@@ -34,6 +34,7 @@ function fromModule(module) {
    fetch scripts for workers. */
 function work() {
     self.onmessage = async (event) => {
+        if (!event.data.sides) return;              // 'go on', which came before the job
         const { name, bytes, sides, how, module, waits } = event.data;
         const told = (fraction) => { self.postMessage({ fraction }); return false; };
         const program = await self.DappleProduct({ onProgress: told, print: () => {}, printErr: () => {}, instantiateWasm: fromModule(module) });
@@ -205,8 +206,11 @@ function draw(samples, anew) {
 
 function frame() {
     if (!state.shown) state.scale = FIRST;
-    else if (!state.second && state.worker) state.worker.postMessage('go on');
-    state.second = state.shown;
+    else if (!state.second) {
+        state.second = true;
+        state.scale = 1;
+        if (state.worker) state.worker.postMessage('go on');
+    }
     if (!size()) return;
     const frames = state.program.ccall('pd_frames', 'number', [], []);
     if (!state.anew && frames >= FULL) return;
