@@ -7410,34 +7410,37 @@ static inline COHSM__IN_KERNEL void cohsm__slab_add(cohsm__slab *slab, const coh
     slab->count = at + cohsm__mask_count(m);
 }
 
-/* Asks for the triangles that come COHSM__CLUSTERS_AHEAD clusters after part i, as many as there are lanes:
-   what all views of a column read once does not stay in a cache. */
-static inline COHSM__IN_KERNEL void cohsm__prefetch_part(const cohsm__soup *soup, uint32_t i)
+/* Asks for the triangles of a part of a cluster, as many as there are lanes: what all views of a column read
+   once does not stay in a cache. */
+static inline COHSM__IN_KERNEL void cohsm__prefetch_part(const cohsm__soup *soup, uint32_t cluster,
+                                                         uint32_t part)
 {
-    enum { PARTS = COHSM__CLUSTER / COHSM__LANE_COUNT, FLOATS = 9 * COHSM__LANE_COUNT };
-    const float *v = cohsm__cluster(
-        soup, cohsm__min_u32(i / PARTS + (uint32_t)COHSM__CLUSTERS_AHEAD, soup->clusters - 1u));
+    enum { FLOATS = 9 * COHSM__LANE_COUNT };
+    const float *v = cohsm__cluster(soup, cluster) + FLOATS * part;
     int k;
-    for (k = 0; k < FLOATS; k += 16) COHSM__PREFETCH(v + FLOATS * (i % PARTS) + k);
+    for (k = 0; k < FLOATS; k += 16) COHSM__PREFETCH(v + k);
 }
 
-/* Finds the triangles of the clusters begin .. end - 1, no more than a slab, that hold a sample column of all
-   views with the right axis of this one. */
+/* Finds the triangles of a slab's clusters, which stand from `first` on in the list, that hold a sample
+   column of all views with the right axis of this one. */
 COHSM__KERNEL static void cohsm__find_slab(const cohsm__target *t, const cohsm__camera *cam,
-                                            const cohsm__soup *soup, uint32_t begin, uint32_t end,
-                                            cohsm__slab *slab)
+                                            const cohsm__soup *soup, const cohsm__sight *sight,
+                                            uint32_t first, cohsm__slab *slab)
 {
     enum { PARTS = COHSM__CLUSTER / COHSM__LANE_COUNT };
     const cohsm__image_axes axes = cohsm__image_axes_of(t, &cam->axes);
+    const uint32_t last = sight->count - 1u;
+    const uint32_t end = cohsm__min_u32(first + (uint32_t)COHSM__SLAB / COHSM__CLUSTER, sight->count);
     uint32_t i;
 
     slab->count = 0;
-    for (i = PARTS * begin; i < PARTS * end; i++) {
-        const float *v = cohsm__cluster(soup, i / PARTS) + COHSM__LANE_COUNT * (i % PARTS);
+    for (i = PARTS * first; i < PARTS * end; i++) {
+        const float *v = cohsm__cluster(soup, sight->cluster[i / PARTS]) + COHSM__LANE_COUNT * (i % PARTS);
+        const uint32_t ahead = cohsm__min_u32(i / PARTS + (uint32_t)COHSM__CLUSTERS_AHEAD, last);
         cohsm__lanes3 corner[3];
         cohsm__triangles p;
         cohsm__lane_mask use;
-        cohsm__prefetch_part(soup, i);
+        cohsm__prefetch_part(soup, sight->cluster[ahead], i % PARTS);
         corner[0] = cohsm__corner_load(v);
         corner[1] = cohsm__corner_load(v + 3 * COHSM__CLUSTER);
         corner[2] = cohsm__corner_load(v + 6 * COHSM__CLUSTER);
@@ -8432,7 +8435,7 @@ typedef struct cohsm__kernels {
     void (*enqueue)(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup,
                     const cohsm__sight *sight, cohsm__queue *q);
     void (*find_slab)(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup,
-                      uint32_t begin, uint32_t end, cohsm__slab *slab);
+                      const cohsm__sight *sight, uint32_t first, cohsm__slab *slab);
     void (*enqueue_slab)(const cohsm__target *t, const cohsm__camera *cam, const cohsm__slab *slab,
                           cohsm__queue *q);
     void (*draw_queue)(const cohsm__target *t, const cohsm__camera *cam, cohsm__queue *q, int all);
@@ -9851,22 +9854,46 @@ static void cohsm__raster_view(const cohsm__target *t, const cohsm__camera *cam,
     kernels.draw_queue(t, cam, &q, 1);
 }
 
-/* Draws whole orthographic views whose axes to the right are the same. */
+/* Lists those of the clusters begin .. end - 1, no more than a stretch, that one of the views may see. */
+static void cohsm__sight_of_column(const cohsm__target *t, const cohsm__camera *cam, uint32_t count,
+                                   const cohsm__soup *soup, const cohsm__kernels *kernels, uint32_t begin,
+                                   uint32_t end, cohsm__sight *sight)
+{
+    const int all = t->row_begin == 0 && t->row_end == t->size;
+    uint8_t seen[COHSM__STRETCH];
+    uint32_t i, k;
+
+    memset(seen, all, sizeof seen);
+    for (i = 0; !all && i < count; i++) {
+        kernels->find(t + i, cam[i].axes.up, soup, begin, end, sight);
+        for (k = 0; k < sight->count; k++) seen[sight->cluster[k] - begin] = 1;
+    }
+    for (k = begin, sight->count = 0; k < end; k++)
+        if (seen[k - begin]) sight->cluster[sight->count++] = k;
+}
+
+/* Draws orthographic views whose axes to the right are the same. */
 static void cohsm__raster_column(const cohsm__target *t, const cohsm__camera *cam, uint32_t count,
                                  const cohsm__soup *soup, int simd, cohsm__column *column)
 {
-    const size_t depths = (size_t)(t->size * t->size) * t->keep;
+    const size_t first = (size_t)(t->row_begin * t->size) * t->keep;
+    const size_t last = (size_t)(t->row_end * t->size) * t->keep;
     const cohsm__kernels kernels = cohsm__choose_kernels(simd);
-    uint32_t begin, end, i;
+    uint32_t begin, end, at, i;
+    cohsm__sight sight;
 
     for (i = 0; i < count; i++) {
-        memset(t[i].z, 0xff, depths * sizeof *t->z);
+        memset(t[i].z + first, 0xff, (last - first) * sizeof *t->z);
         column->queue[i].count = 0;
     }
     for (begin = 0; begin < soup->clusters; begin = end) {
-        end = cohsm__min_u32(begin + (uint32_t)COHSM__SLAB / COHSM__CLUSTER, soup->clusters);
-        kernels.find_slab(t, cam, soup, begin, end, &column->slab);
-        for (i = 0; i < count; i++) kernels.enqueue_slab(t + i, cam + i, &column->slab, column->queue + i);
+        end = cohsm__min_u32(begin + COHSM__STRETCH, soup->clusters);
+        cohsm__sight_of_column(t, cam, count, soup, &kernels, begin, end, &sight);
+        for (at = 0; at < sight.count; at += (uint32_t)COHSM__SLAB / COHSM__CLUSTER) {
+            kernels.find_slab(t, cam, soup, &sight, at, &column->slab);
+            for (i = 0; i < count; i++)
+                kernels.enqueue_slab(t + i, cam + i, &column->slab, column->queue + i);
+        }
     }
     for (i = 0; i < count; i++) kernels.draw_queue(t + i, cam + i, column->queue + i, 1);
 }
@@ -9947,10 +9974,10 @@ static void cohsm__raster_task(void *context, size_t index)
     }
 }
 
-/* Says whether views are drawn together where they can be: whole ones of directions, without masks. */
+/* Says whether views are drawn together where they can be: those of directions, without masks. */
 static int cohsm__draws_columns(const cohsm_builder *b, const cohsm__soup *soup)
 {
-    return !b->head.positional && !soup->masked && b->range_pixels == b->head.map_side * b->head.map_side;
+    return !b->head.positional && !soup->masked;
 }
 
 /* Finds the group that a view of the batch joins, or makes one for it. */

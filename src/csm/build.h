@@ -72,10 +72,10 @@ static void cohsm__raster_task(void *context, size_t index)
     }
 }
 
-/* Says whether views are drawn together where they can be: whole ones of directions, without masks. */
+/* Says whether views are drawn together where they can be: those of directions, without masks. */
 static int cohsm__draws_columns(const cohsm_builder *b, const cohsm__soup *soup)
 {
-    return !b->head.positional && !soup->masked && b->range_pixels == b->head.map_side * b->head.map_side;
+    return !b->head.positional && !soup->masked;
 }
 
 /* Finds the group that a view of the batch joins, or makes one for it. */

@@ -18,7 +18,7 @@ typedef struct cohsm__kernels {
     void (*enqueue)(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup,
                     const cohsm__sight *sight, cohsm__queue *q);
     void (*find_slab)(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup,
-                      uint32_t begin, uint32_t end, cohsm__slab *slab);
+                      const cohsm__sight *sight, uint32_t first, cohsm__slab *slab);
     void (*enqueue_slab)(const cohsm__target *t, const cohsm__camera *cam, const cohsm__slab *slab,
                           cohsm__queue *q);
     void (*draw_queue)(const cohsm__target *t, const cohsm__camera *cam, cohsm__queue *q, int all);

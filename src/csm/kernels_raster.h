@@ -357,34 +357,37 @@ static inline COHSM__IN_KERNEL void cohsm__slab_add(cohsm__slab *slab, const coh
     slab->count = at + cohsm__mask_count(m);
 }
 
-/* Asks for the triangles that come COHSM__CLUSTERS_AHEAD clusters after part i, as many as there are lanes:
-   what all views of a column read once does not stay in a cache. */
-static inline COHSM__IN_KERNEL void cohsm__prefetch_part(const cohsm__soup *soup, uint32_t i)
+/* Asks for the triangles of a part of a cluster, as many as there are lanes: what all views of a column read
+   once does not stay in a cache. */
+static inline COHSM__IN_KERNEL void cohsm__prefetch_part(const cohsm__soup *soup, uint32_t cluster,
+                                                         uint32_t part)
 {
-    enum { PARTS = COHSM__CLUSTER / COHSM__LANE_COUNT, FLOATS = 9 * COHSM__LANE_COUNT };
-    const float *v = cohsm__cluster(
-        soup, cohsm__min_u32(i / PARTS + (uint32_t)COHSM__CLUSTERS_AHEAD, soup->clusters - 1u));
+    enum { FLOATS = 9 * COHSM__LANE_COUNT };
+    const float *v = cohsm__cluster(soup, cluster) + FLOATS * part;
     int k;
-    for (k = 0; k < FLOATS; k += 16) COHSM__PREFETCH(v + FLOATS * (i % PARTS) + k);
+    for (k = 0; k < FLOATS; k += 16) COHSM__PREFETCH(v + k);
 }
 
-/* Finds the triangles of the clusters begin .. end - 1, no more than a slab, that hold a sample column of all
-   views with the right axis of this one. */
+/* Finds the triangles of a slab's clusters, which stand from `first` on in the list, that hold a sample
+   column of all views with the right axis of this one. */
 COHSM__KERNEL static void cohsm__find_slab(const cohsm__target *t, const cohsm__camera *cam,
-                                            const cohsm__soup *soup, uint32_t begin, uint32_t end,
-                                            cohsm__slab *slab)
+                                            const cohsm__soup *soup, const cohsm__sight *sight,
+                                            uint32_t first, cohsm__slab *slab)
 {
     enum { PARTS = COHSM__CLUSTER / COHSM__LANE_COUNT };
     const cohsm__image_axes axes = cohsm__image_axes_of(t, &cam->axes);
+    const uint32_t last = sight->count - 1u;
+    const uint32_t end = cohsm__min_u32(first + (uint32_t)COHSM__SLAB / COHSM__CLUSTER, sight->count);
     uint32_t i;
 
     slab->count = 0;
-    for (i = PARTS * begin; i < PARTS * end; i++) {
-        const float *v = cohsm__cluster(soup, i / PARTS) + COHSM__LANE_COUNT * (i % PARTS);
+    for (i = PARTS * first; i < PARTS * end; i++) {
+        const float *v = cohsm__cluster(soup, sight->cluster[i / PARTS]) + COHSM__LANE_COUNT * (i % PARTS);
+        const uint32_t ahead = cohsm__min_u32(i / PARTS + (uint32_t)COHSM__CLUSTERS_AHEAD, last);
         cohsm__lanes3 corner[3];
         cohsm__triangles p;
         cohsm__lane_mask use;
-        cohsm__prefetch_part(soup, i);
+        cohsm__prefetch_part(soup, sight->cluster[ahead], i % PARTS);
         corner[0] = cohsm__corner_load(v);
         corner[1] = cohsm__corner_load(v + 3 * COHSM__CLUSTER);
         corner[2] = cohsm__corner_load(v + 6 * COHSM__CLUSTER);

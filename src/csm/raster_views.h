@@ -216,22 +216,46 @@ static void cohsm__raster_view(const cohsm__target *t, const cohsm__camera *cam,
     kernels.draw_queue(t, cam, &q, 1);
 }
 
-/* Draws whole orthographic views whose axes to the right are the same. */
+/* Lists those of the clusters begin .. end - 1, no more than a stretch, that one of the views may see. */
+static void cohsm__sight_of_column(const cohsm__target *t, const cohsm__camera *cam, uint32_t count,
+                                   const cohsm__soup *soup, const cohsm__kernels *kernels, uint32_t begin,
+                                   uint32_t end, cohsm__sight *sight)
+{
+    const int all = t->row_begin == 0 && t->row_end == t->size;
+    uint8_t seen[COHSM__STRETCH];
+    uint32_t i, k;
+
+    memset(seen, all, sizeof seen);
+    for (i = 0; !all && i < count; i++) {
+        kernels->find(t + i, cam[i].axes.up, soup, begin, end, sight);
+        for (k = 0; k < sight->count; k++) seen[sight->cluster[k] - begin] = 1;
+    }
+    for (k = begin, sight->count = 0; k < end; k++)
+        if (seen[k - begin]) sight->cluster[sight->count++] = k;
+}
+
+/* Draws orthographic views whose axes to the right are the same. */
 static void cohsm__raster_column(const cohsm__target *t, const cohsm__camera *cam, uint32_t count,
                                  const cohsm__soup *soup, int simd, cohsm__column *column)
 {
-    const size_t depths = (size_t)(t->size * t->size) * t->keep;
+    const size_t first = (size_t)(t->row_begin * t->size) * t->keep;
+    const size_t last = (size_t)(t->row_end * t->size) * t->keep;
     const cohsm__kernels kernels = cohsm__choose_kernels(simd);
-    uint32_t begin, end, i;
+    uint32_t begin, end, at, i;
+    cohsm__sight sight;
 
     for (i = 0; i < count; i++) {
-        memset(t[i].z, 0xff, depths * sizeof *t->z);
+        memset(t[i].z + first, 0xff, (last - first) * sizeof *t->z);
         column->queue[i].count = 0;
     }
     for (begin = 0; begin < soup->clusters; begin = end) {
-        end = cohsm__min_u32(begin + (uint32_t)COHSM__SLAB / COHSM__CLUSTER, soup->clusters);
-        kernels.find_slab(t, cam, soup, begin, end, &column->slab);
-        for (i = 0; i < count; i++) kernels.enqueue_slab(t + i, cam + i, &column->slab, column->queue + i);
+        end = cohsm__min_u32(begin + COHSM__STRETCH, soup->clusters);
+        cohsm__sight_of_column(t, cam, count, soup, &kernels, begin, end, &sight);
+        for (at = 0; at < sight.count; at += (uint32_t)COHSM__SLAB / COHSM__CLUSTER) {
+            kernels.find_slab(t, cam, soup, &sight, at, &column->slab);
+            for (i = 0; i < count; i++)
+                kernels.enqueue_slab(t + i, cam + i, &column->slab, column->queue + i);
+        }
     }
     for (i = 0; i < count; i++) kernels.draw_queue(t + i, cam + i, column->queue + i, 1);
 }
