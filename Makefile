@@ -206,7 +206,8 @@ $(OBJ)/bench/rays.o $(OBJ)/bench/tinybvh.o: HAVE += -DDAPPLE_TINYBVH
 $(OBJ)/bench/tinybvh.o: BASE_CXX = $(CXX) -std=c++20 -w -O3 -g -mavx2 -mfma -pthread -I. -I'$(TINYBVH)' $(CXXFLAGS) -MMD -MP
 endif
 
-# The minimal examples stand alone: one file and the header.
+# The minimal examples stand alone: one file and the header. Half a minute of compiling is optimisation that nobody waits for.
+$(EXAMPLES): FLAGS_release := -O1 -g
 $(filter-out $(RENDERER),$(EXAMPLES)): $(BUILD)/%: examples/%.c build/config.mk
 	@mkdir -p $(OBJ)/examples
 	$(call say,CC,$<)$(BASE_C) -MF $(OBJ)/examples/$*.d $< $(LDFLAGS) $(AS_NEEDED) $(GLFW_LIBS) -lm -o $@
@@ -240,6 +241,7 @@ RENDER_TESTS = $(BUILD)/tests/programs/shadowfield_bones_test $(BUILD)/tests/pro
                $(BUILD)/tests/programs/ground_rings_test $(BUILD)/tests/programs/figure_test
 $(RENDER_TESTS): $(filter-out %/main.o,$(call objects,examples/render))
 $(RENDER_TESTS): TEST_LIBS := $(COMMON) $(TEST_LIBS)
+$(REPLAYS): FLAGS_release := -O1 -g
 $(REPLAYS): $(BUILD)/tests/%: $(OBJ)/tests/%.o $(OBJ)/tests/kit/shim/replay.o $(COMMON)
 	@mkdir -p $(@D)
 	$(call say,LINK,$@)$(LINK) $^ $(EX_LIBS) -lm -o $@
