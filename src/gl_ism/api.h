@@ -52,7 +52,8 @@ GLBK_DEF void glbk_ism_renderer_free(glbk_context *ctx, glbk_ism_renderer *rende
 /* Frees what glbk_ism_renderer_create made, and zeroes the struct. NULL and a zeroed renderer are allowed. */
 
 typedef struct glbk_ism_visible {       /* ism_shading.visible_fn as GLSL */
-    const char *text;                   /* GLSL of yours, which must outlive its use; NULL = none */
+    const char *text;                   /* GLSL of yours, kept as a pointer until glbk_ism_renderer_see is
+                                           given another; NULL = none: the maps say what is seen */
     void (*bind_fn)(void *user, glbk_context *ctx);     /* called before each draw with the program in use,
                                        ctx->program, to set uniforms and bind textures; NULL = none */
     void *user;                         /* given to bind_fn */
@@ -70,7 +71,8 @@ GLBK_DEF glbk_result glbk_ism_renderer_see(glbk_context *ctx, glbk_ism_renderer 
    A sampler of yours takes a unit that the library does not use: from glbk_desc.first_unit + 16 on. Pixels
    are shaded by fragments then, also with compute. A fault in the text comes as GLBK_ERR_COMPILE or
    GLBK_ERR_LINK from glbk_ism_shade, and is logged as "your text".
-   own      NULL = the maps again
+   own      is copied; NULL = the maps again
+   Cost     the programs of glbk_ism_shade are freed: its next call compiles one, seconds on some drivers
    Errors   GLBK_ERR_ARGUMENT: renderer is NULL or was not created */
 
 GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *renderer,
@@ -79,9 +81,10 @@ GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *render
 /* Computes the irradiance of each pixel by all VPLs, as ism_shade does it for receivers without albedos. The
    first use of a near_mode compiles a program.
    gbuffer          the points that are lit, of the renderer's size
-   maps             whose maps glbk_ism_draw has drawn, unless shading->no_maps is set
+   maps             whose maps glbk_ism_draw has drawn, unless shading->no_maps is set or a function of yours
+                    says what is seen (glbk_ism_renderer_see)
    shading          NULL = all defaults. visible_fn and near_visible_fn must be NULL, since functions of C run
-                    on the CPU: glbk_ism_renderer_see. cull changes nothing
+                    on the CPU; glbk_ism_renderer_see takes one in GLSL. cull changes nothing
    pairs_per_pass   how many pairs of a pixel and a VPL one pass takes; 0 = 2^28. Give fewer if the driver
                     stops passes that take long
    Cost             each pixel asks vpl_count / interleave^2 VPLs, a texel of its map for each that faces it

@@ -123,7 +123,7 @@ GLBK_DEF glbk_result glbk_ism_renderer_see(glbk_context *ctx, glbk_ism_renderer 
     if (result != GLBK_OK) return result;
     glbk__ism_free_shade(ctx, r);
     memset(&r->own, 0, sizeof r->own);
-    if (own) r->own = *own;
+    if (own && own->text) r->own = *own;    /* without a text bind_fn is not called either */
     return GLBK_OK;
 }
 

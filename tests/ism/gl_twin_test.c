@@ -507,7 +507,7 @@ static void set_cut(void *user, glbk_context *ctx)
 }
 
 /* ism_shade's visible_fn and the same as GLSL: VPLs and near points, each rule near by, interleaved or not; half of
-   everything is half of the light without maps, to the bit; then the maps again. Maps that nobody has drawn. */
+   everything is half of the light without maps, up to rounding; then the maps again. Nobody has drawn the maps. */
 static void a_function_of_ones_own_says_what_is_seen(void **state)
 {
     GL_TEST(t, state)
@@ -515,6 +515,7 @@ static void a_function_of_ones_own_says_what_is_seen(void **state)
     static const float u[3] = { 3.913f, 0, 0 }, v[3] = { 0, 0, 3.887f };
     static const glbk_ism_visible own = { see_text, set_cut, &cut },
         half = { "float glbk_visible(uint vpl, vec3 p, vec3 n) { return 0.5; }\n", NULL, NULL },
+        none = { NULL, set_cut, NULL },             /* without a text it would read NULL if it were called */
         wrong = { "float glbk_visible(uint vpl) { return nothing; }\n", NULL, NULL };
     static float open[3 * PIXELS], halved[3 * PIXELS];
     static grid lit;
@@ -564,7 +565,7 @@ static void a_function_of_ones_own_says_what_is_seen(void **state)
     assert_glbk(t, glbk_ism_renderer_see(&t->gl, &r, &half));
     assert_glbk(t, glbk_ism_shade(&t->gl, &r, &seen, &m, NULL, 0));
     gl_light_of(&t->gl, &r, NULL, halved, &lost);
-    assert_glbk(t, glbk_ism_renderer_see(&t->gl, &r, NULL));
+    assert_glbk(t, glbk_ism_renderer_see(&t->gl, &r, &none));
     shading.no_maps = 1;
     assert_glbk(t, glbk_ism_shade(&t->gl, &r, &seen, &m, &shading, 0));
     gl_light_of(&t->gl, &r, NULL, open, &lost);
