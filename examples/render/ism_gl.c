@@ -117,18 +117,21 @@ static glbk_result send_mesh(im_gl *g, int level, const ism_mesh *mesh, int fres
     return moved && m->triangle_count ? glbk_ism_mesh_move(g->gl, m, mesh->positions, mesh->vertex_stride) : GLBK_OK;
 }
 
-/* The phase that this frame renewed, or all where all were. */
+/* The phase that this frame renewed, or all where others have changed, too. */
 static glbk_result send_surfels(im_gl *g, int level, const ism_maps *maps, uint32_t index)
 {
     glbk_ism_maps *m = &g->maps[level];
-    const uint32_t phases = m->desc.lazy_frames;
+    const uint32_t phases = m->desc.lazy_frames, first = index % phases, each = m->desc.surfel_count;
+    const uint64_t due = (uint64_t)m->desc.vpl_count * (each > first ? (each - first - 1) / phases + 1 : 0);
     uint64_t all = phases == 64 ? ~(uint64_t)0 : ((uint64_t)1 << phases) - 1;
     glbk_result result = GLBK_OK;
     ism_info info;
+    int whole;
     ism_get_info(maps, &info);
+    whole = m->phases != all || m->desc.vary_surfels || info.stats.renewed != due;
     for (uint32_t phase = 0; phase < phases && result == GLBK_OK; phase++) {
         size_t count = (size_t)m->desc.vpl_count * m->phase_surfel_count;
-        if (m->phases == all && info.stats.renewed < info.stats.surfels && phase != index % phases)
+        if (!whole && phase != first)
             continue;
         if (ism_phase_surfels(maps, phase, g->surfels, count, &count) != ISM_OK)
             return GLBK_ERR_ARGUMENT;

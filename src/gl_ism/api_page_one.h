@@ -27,8 +27,8 @@ GLBK_DEF glbk_result glbk_ism_mesh_upload(glbk_context *ctx, glbk_ism_maps *maps
 GLBK_DEF glbk_result glbk_ism_surfels_upload(glbk_context *ctx, glbk_ism_maps *maps, uint32_t phase,
                                              const ism_surfel *surfels, size_t count);
 /* Sets the surfels of one phase, of all VPLs, as ism_phase_surfels writes them.
-   phase    below lazy_frames. A frame changes the phase index % lazy_frames alone; the first frame needs all
-            of them
+   phase    below lazy_frames. A frame changes the phase index % lazy_frames alone. All of them are needed in
+            the first frame, where the mesh has lost triangles, and with vary_surfels and unstable
    surfels  VPL by VPL
    count    surfels of the phase, as ism_phase_surfels counts them: desc.vpl_count x maps->phase_surfel_count
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, maps were not created, or there is no such phase.

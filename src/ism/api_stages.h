@@ -140,8 +140,8 @@ ISM_DEF ism_result ism_phase_surfels(const ism_maps *maps, uint32_t phase, ism_s
                                      size_t *count);
 /* Writes the surfels of one phase: of every VPL in turn those numbered phase, phase + lazy_frames, phase + 2
    lazy_frames and so on, surfel_count / lazy_frames rounded up of each; surfels that a VPL does not have get
-   area 0. A frame renews the phase index % lazy_frames, or all phases (stats.renewed), and in each of them
-   what lay on triangles that are gone: upload what is new.
+   area 0. A frame renews the phase index % lazy_frames alone: upload this one. Upload all phases after the
+   first frame, where the mesh has lost triangles, and with desc.vary_surfels or desc.unstable.
    phase    below lazy_frames
    out      room for capacity surfels; may be NULL if capacity is 0
    count    how many surfels the phase has, of which capacity are written at most
