@@ -187,9 +187,10 @@ typedef struct glbk_part {
     const char      *name;          /* "csm" */
     const glbk_file *files;
     uint32_t         file_count;
-    const char      *slots;         /* which slot each name of its GLSL has, "3 glbk_csm_maps": four lists of
-                                       strings, each string ended by 0 and each list by an empty string:
-                                       textures, uniform blocks, storage buffers, images */
+    const char      *slots;         /* which slot each name of its GLSL has, "3 glbk_csm_maps": a number, one
+                                       blank, the name. Four lists of such strings, each string ended by 0 and
+                                       each list by an empty string: textures, uniform blocks, storage
+                                       buffers, images. Never NULL: "\0\0\0" has four empty lists */
 } glbk_part;
 
 GLBK_DEF const glbk_file *glbk_find_file(const glbk_part *part, const char *name);

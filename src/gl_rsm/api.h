@@ -97,9 +97,9 @@ GLBK_DEF glbk_result glbk_rsm_renderer_resize(glbk_context *ctx, glbk_rsm_render
 /* Gives the renderer another size, without what it had drawn. Its programs stay, whereas a new renderer would
    compile them anew; so call it when a window has changed its size, with glbk_gbuffer_resize.
    Errors   GLBK_ERR_ARGUMENT: the renderer is NULL or was not created. GLBK_ERR_DESC, GLBK_ERR_LIMIT: as for
-            glbk_rsm_renderer_create; a renderer that interpolates by compute
-            holds at most ctx->max_storage / 4 pixels. After these it is as it was, after those of textures,
-            targets and buffers it is freed and zeroed */
+            glbk_rsm_renderer_create; a renderer that was created with interpolate, and whose member compute
+            is set, is refused more than ctx->max_storage / 4 pixels, too. After these it is as it was, after
+            those of textures, targets and buffers it is freed and zeroed */
 
 GLBK_DEF void glbk_rsm_renderer_free(glbk_context *ctx, glbk_rsm_renderer *renderer);
 /* Frees what glbk_rsm_renderer_create made, and zeroes the struct. NULL and a zeroed renderer are allowed. */
