@@ -319,7 +319,7 @@ static void triangles_that_come_and_go_leave_the_points_of_the_others(void **sta
     free(c);
 }
 
-/* Ten triangles fewer each frame: points that are drawn anew several times do not gather on the last ones. */
+/* Twenty triangles fewer each frame: points that are drawn anew several times do not gather on the last ones. */
 static void triangles_that_go_one_after_the_other_leave_an_even_crowd(void **state)
 {
     crowd *c = crowd_open(64);
@@ -332,7 +332,7 @@ static void triangles_that_go_one_after_the_other_leave_an_even_crowd(void **sta
     for (i = 0; i < 10; i++) worst = fmax(worst, fabs(crowd_share(c, 10 * i, 10 * i + 10, 100) - 1));
     printf("after ten times: a tenth of the area has a tenth of the points but for %.4f\n", worst);
     assert_int_equal(moved, 0);
-    assert_true(worst < 0.12);      /* 1,920 points a tenth, tenths of 10 triangles of 23 to 27: 4 sigma of binomials */
+    assert_true(worst < 0.12);      /* 1,766 to 2,074 points a tenth, whose areas are 23 to 27: 5 sigma of binomials */
     ism_free(c->maps);
     free(c);
 }
