@@ -212,10 +212,10 @@ static int set_scene(rd_args *args, const char *value, char *error)
     return fail(error, "--scene %.80s: must be builtin:NAME, FILE.glb or FILE.gltf", value);
 }
 
-/* FILE@x,y,z; the last @ counts, and what stands behind it must be numbers to be a place. */
+/* FILE or FILE@x,y,z; the last @ counts, unless the value ends as a file: folders may have an @ in their names. */
 static int set_figure(rd_args *args, const char *value, char *error)
 {
-    const char *at = strrchr(value, '@');
+    const char *at = has_suffix(value, ".glb") || has_suffix(value, ".gltf") ? NULL : strrchr(value, '@');
     double n[3] = { 0, 0, 0 };
     size_t length = at ? (size_t)(at - value) : strlen(value);
     if (at && (parse_list(at + 1, n, 3) != 3 || !are_moderate(n, 3)))
