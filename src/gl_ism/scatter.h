@@ -181,15 +181,21 @@ typedef struct glbk__ism_spreading {
     glbk_result         result;     /* of all passes so far */
 } glbk__ism_spreading;
 
+/* Begins a pass by a program, with the block as it is. */
+static void glbk__ism_begin(glbk__ism_spreading *j, const glbk_pass *pass, int program)
+{
+    if (j->result == GLBK_OK) j->result = glbk_begin(j->ctx, pass, &j->spread->programs[program]);
+    if (j->result == GLBK_OK)
+        j->result = glbk__put_block(j->ctx, GLBK_SLOT_glbk_ism_scattering, &j->spread->block, &j->block);
+}
+
 /* Begins a pass that draws a sheet by a program, which reads what is bound next. */
 static void glbk__ism_begin_sheet(glbk__ism_spreading *j, const glbk_ism_sheet *sheet, int program)
 {
     glbk_pass pass;
     memset(&pass, 0, sizeof pass);
     pass.target = &sheet->target;
-    if (j->result == GLBK_OK) j->result = glbk_begin(j->ctx, &pass, &j->spread->programs[program]);
-    if (j->result == GLBK_OK)
-        j->result = glbk__put_block(j->ctx, GLBK_SLOT_glbk_ism_scattering, &j->spread->block, &j->block);
+    glbk__ism_begin(j, &pass, program);
 }
 
 static void glbk__ism_finish_sheet(const glbk__ism_spreading *j)
@@ -299,10 +305,13 @@ static void glbk__ism_bind_shares(const glbk__ism_spreading *j)
     glbk__ism_bind_sheet(j, GLBK_SLOT_glbk_ism_sizes, &s->sizes);
 }
 
-/* Finds the surfels of a layer of their table whose triangles are gone. */
-static void glbk__ism_find_gone(glbk__ism_spreading *j, const glbk_texture *table)
+/* Finds which surfels in the rows of a layer of their table that a pass draws next have triangles that are
+   gone. Other rows stay untouched: with many batches they are most, and the table may end before them. */
+static void glbk__ism_find_gone(glbk__ism_spreading *j, const glbk_texture *table, const glbk_pass *next)
 {
-    glbk__ism_begin_sheet(j, &j->spread->gone, GLBK__ISM_GONE);
+    glbk_pass pass = *next;
+    pass.target = &j->spread->gone.target;
+    glbk__ism_begin(j, &pass, GLBK__ISM_GONE);
     glbk_bind_texture(j->ctx, GLBK_SLOT_glbk_ism_surfels, table);
     glbk__ism_finish_sheet(j);
 }
@@ -332,10 +341,8 @@ static void glbk__ism_draw_surfels(glbk__ism_spreading *j, uint32_t phase)
         b->first_texel = start - base;
         b->layer = layer;
         b->keep = j->fewer && phase != b->frame % b->lazy_frames;
-        if (b->keep) glbk__ism_find_gone(j, table);
-        if (j->result == GLBK_OK) j->result = glbk_begin(j->ctx, &pass, &s->programs[GLBK__ISM_SCATTER]);
-        if (j->result == GLBK_OK)
-            j->result = glbk__put_block(j->ctx, GLBK_SLOT_glbk_ism_scattering, &s->block, b);
+        if (b->keep) glbk__ism_find_gone(j, table, &pass);
+        glbk__ism_begin(j, &pass, GLBK__ISM_SCATTER);
         if (j->result != GLBK_OK) return;
         j->ctx->gl.FramebufferTextureLayer(GLBK_GL_DRAW_FRAMEBUFFER, GLBK_GL_COLOR_ATTACHMENT0, table->name,
                                            0, (int32_t)layer);
