@@ -180,7 +180,12 @@ async function startPage({ create, begin, lose, frame }) {
         state.program.GL.makeContextCurrent(handle);
         return begin();
     };
-    state.program = await create({ print: () => {}, printErr: (text) => console.warn(text) });
+    try {
+        state.program = await create({ print: () => {}, printErr: (text) => console.warn(text) });
+    } catch (error) {
+        say(`The page cannot begin: ${error.message}`);
+        return;
+    }
     canvas.addEventListener('webglcontextlost', (e) => {
         e.preventDefault();
         state.lost = true;

@@ -22,10 +22,10 @@ const compiled = WebAssembly.compile((() => {
     return bytes;
 })());
 
-/* For Emscripten's options: begins with WebAssembly that is compiled. */
-function fromModule(module) {
+/* For Emscripten's options: begins with WebAssembly that is compiled. Emscripten does not hear of a failure, such as no memory. */
+function fromModule(module, fail) {
     return (imports, receive) => {
-        WebAssembly.instantiate(module, imports).then((instance) => receive(instance, module));
+        WebAssembly.instantiate(module, imports).then((instance) => receive(instance, module)).catch(fail);
         return {};
     };
 }
@@ -37,7 +37,8 @@ function work() {
         if (!event.data.sides) return;              // 'go on', which came before the job
         const { name, bytes, sides, how, module, waits } = event.data;
         const told = (fraction) => { self.postMessage({ fraction }); return false; };
-        const program = await self.DappleProduct({ onProgress: told, print: () => {}, printErr: () => {}, instantiateWasm: fromModule(module) });
+        const fail = (error) => self.postMessage({ error: 'building failed: ' + error.message });
+        const program = await self.DappleProduct({ onProgress: told, print: () => {}, printErr: () => {}, instantiateWasm: fromModule(module, fail) });
         const text = (f) => program.ccall(f, 'string', [], []);
         if (bytes) program.FS.writeFile(name, bytes);
         if (program.ccall('pd_load', 'number', ['string'], [name]) !== 0)
@@ -79,8 +80,8 @@ function build() {
         if (data.error) { say(data.error); stop(); }
         if (data.block) {
             state.stages.push(data.side);
-            if (state.began) give(data.block);
-            else state.early = data.block;
+            if (state.began && !state.lost) give(data.block);
+            else state.early = data.block;          // begin() takes it
             element('facts').textContent = `${data.side} x ${data.side} maps, ${(data.block.length / 1e6).toFixed(1)} MB, ` +
                 `built in ${(data.ms / 1000).toFixed(1)} s`;
         }
@@ -89,13 +90,13 @@ function build() {
     const how = [number('layers'), number('depthbits'), number('thickness')];
     const worker = state.worker, waits = !state.shown;
     const job = { name: state.model, bytes: state.files.get(state.model), sides: [...SIDES], how, waits };
-    compiled.then((module) => worker.postMessage({ ...job, module }));
+    compiled.then((module) => worker.postMessage({ ...job, module }), stop);
 }
 
-/* Other maps are asked for: coarse ones first, as always. */
+/* Other maps are asked for: coarse ones first, as always, each finer than the one before. */
 function rebuild() {
     const side = number('side'), pixels = number('pixels');
-    const coarse = [[16, Math.min(64, pixels)], [Math.ceil(side / 2), pixels]].filter(([s]) => s >= 16 && s < side);
+    const coarse = [[16, Math.min(64, pixels)], [Math.ceil(side / 2), pixels]].filter(([s], i) => s >= 16 + i && s < side);
     SIDES.splice(0, SIDES.length, ...coarse, [side, pixels]);
     build();
 }
@@ -147,20 +148,23 @@ function read(what, name) {
 function load(name) {
     say('');
     const before = state.model;
-    if (!read('load', name)) { state.files.delete(name); pick('model', before); return; }
+    if (!read('load', name)) { state.files.delete(name); pick('model', before); return false; }
     state.model = name;
     state.ready = false;
+    state.block = state.early = null;               // the maps that are there are another model's
     element('save').disabled = true;
     element('facts').textContent = `${state.program.ccall('pd_triangles', 'number', [], [])} triangles`;
     build();
+    return true;
 }
 
 function loadSky(name) {
     const before = state.sky;
-    if (!read('sky', name)) { state.files.delete(name); pick('sky', before); return; }
+    if (!read('sky', name)) { state.files.delete(name); pick('sky', before); return false; }
     say('');
     state.sky = name;
     state.anew = true;
+    return true;
 }
 
 function pick(list, value) {
@@ -169,20 +173,23 @@ function pick(list, value) {
     select.value = value;
 }
 
+/* Takes a file as the model or the sky of its name, and as the newest. One that cannot be read leaves the file that was there. */
+function put(list, name, bytes, use) {
+    const before = state.files.get(name);
+    state.files.delete(name);
+    state.files.set(name, bytes);
+    if (use(name)) pick(list, name);
+    else if (before) state.files.set(name, before);
+}
+
 async function take(file) {
     const bytes = new Uint8Array(await file.arrayBuffer());
     const name = file.name.replace(/[^A-Za-z0-9._-]/g, '_');
     if (/\.glb$/i.test(name)) {
-        state.files.delete(name);               // the one that was set last is the newest
-        state.files.set(name, bytes);
-        load(name);
-        if (state.model === name) pick('model', name);
+        put('model', name, bytes, load);
         keep('model', '.glb');
     } else if (/\.hdr$/i.test(name)) {
-        state.files.delete(name);
-        state.files.set(name, bytes);
-        loadSky(name);
-        if (state.sky === name) pick('sky', name);
+        put('sky', name, bytes, loadSky);
         keep('sky', '.hdr');
     } else if (/\.csm$/i.test(name)) {
         say('');
@@ -226,7 +233,7 @@ function frame() {
 function listenToFiles() {
     for (const id of ['turn', 'exposure', 'samples', 'show', 'filter', 'bias', 'offset', 'sampling']) element(id).addEventListener('input', moved);
     for (const id of ['side', 'pixels', 'layers', 'depthbits', 'thickness']) element(id).addEventListener('change', rebuild);
-    element('fast').addEventListener('change', () => { if (state.block) give(state.block); });
+    element('fast').addEventListener('change', () => { if (state.block && !state.lost) give(state.block); });
     element('model').addEventListener('change', () => load(element('model').value));
     element('sky').addEventListener('change', () => loadSky(element('sky').value));
     element('open').addEventListener('change', (e) => { for (const file of e.target.files) take(file); e.target.value = ''; });
@@ -261,7 +268,7 @@ function begin() {
     }
     if (!size() || !read('sky', state.sky)) return false;
     state.began = true;
-    if (!state.block) state.block = state.early;
+    if (state.early) state.block = state.early;
     state.early = null;
     if (state.block) return give(state.block);
     if (!state.worker) build();
@@ -276,5 +283,6 @@ listen({});
 listenToFiles();
 startPage({ create: async (options) => {
     build();
-    return DappleProduct({ ...options, instantiateWasm: fromModule(await compiled) });
+    const module = await compiled;
+    return new Promise((good, fail) => DappleProduct({ ...options, instantiateWasm: fromModule(module, fail) }).then(good, fail));
 }, begin, frame, lose() { state.program.ccall('pd_lost', null, [], []); } });
