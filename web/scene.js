@@ -39,7 +39,7 @@ function frame(now) {
     readKnobs();
     const good = call('frame', ['number', 'number', 'number', 'number', 'number', 'number', 'number'], view.azimuth, view.elevation,
         view.distance, view.up, knobsAt, clock.time, anew);
-    if (!good) state.ready = false;                  // the message stays
+    if (!good) state.ready = false;                  // the message stays until a knob is moved
     drawn(ask('frames'));
 }
 
@@ -72,17 +72,28 @@ function start(own) {
     Object.assign(limits, own.limits);
     for (const [name, value] of new URLSearchParams(location.hash.slice(1))) {
         const knob = /^knob\d+$/.test(name) && document.querySelector(`[data-knob="${name.slice(4)}"]`);
-        if (knob) knob.value = value;                // as its slider has it
+        if (knob) {                                  // as its slider has it; a box is checked by 1
+            knob.value = value;
+            knob.checked = value === '1';
+        }
         if (name === 'still') {                      // nothing moves, and so many frames: for pictures
             FULL = +value;
             if (element('play')) element('play').checked = false;
         }
     }
+    let begun = false;
+    const turned = () => {                           // what a knob has broken, such as maps that are too large, another value mends
+        if (begun && !state.ready && !state.lost) {
+            say('');
+            state.ready = true;
+        }
+        moved();
+    };
     for (const knob of knobs) {
         if (knob.dataset.late) {                     // what takes long is built when the slider is let go
             knob.dataset.set = knob.value;
-            knob.addEventListener('change', () => { knob.dataset.set = knob.value; moved(); });
-        } else knob.addEventListener('input', moved);
+            knob.addEventListener('change', () => { knob.dataset.set = knob.value; turned(); });
+        } else knob.addEventListener('input', turned);
     }
     if (element('measure')) element('measure').addEventListener('click', measure);
     const grab = { press: (x, y) => ask('press', x, y), drag: (x, y) => state.program.ccall('pg_drag', null, ['number', 'number'], [x, y]),
@@ -94,7 +105,7 @@ function start(own) {
             if (!knobsAt) knobsAt = state.program._malloc(4 * KNOBS);
             resized();
             state.ready = call('start', []) && call('size', ['number', 'number'], canvas.width, canvas.height);
-            return state.ready;
+            return begun = state.ready;
         },
         lose() { state.program.ccall('pg_lost', null, [], []); }
     });
