@@ -14,7 +14,7 @@ enum { WALLS = 5, GRID = 8 };
 enum { LAMP, AIM };                                     /* handles */
 enum {                                                  /* knobs */
     BOUNCE, EXPOSURE, CONE, VPL_COUNT, SURFEL_COUNT, TILE_SIDE, SPLAT_SCALE, WINDOW_RIM, NEAR_POINT_COUNT, BIAS,
-    INTERLEAVE, MAP_SIDE, SAMPLES, NEAR_LIMIT, NEAR_FIELD, CLAMP, OFFSET
+    INTERLEAVE, MAP_SIDE, SAMPLES, NEAR_LIMIT, CLAMP, OFFSET
 };
 enum { NO_BOUNCE, RSM_BOUNCE, ISM_BOUNCE };
 enum { HEAD, NECK, CHEST, HIPS, LIMBS, UPPER_ARM = LIMBS, FOREARM = 6, THIGH = 8, SHIN = 10, FOOT = 12, BONES = 14 };
@@ -233,20 +233,21 @@ const pg_model *pg_scene_model(void) { return &room.model; }
 
 static glbk_result fit(pg_stage *stage)
 {
-    const glbk_ism_renderer_desc ism_size = { stage->width, stage->height };
+    const uint32_t w = stage->width, h = stage->height;
+    const glbk_ism_renderer_desc ism_size = { w, h };
     glbk_rsm_renderer_desc size;
-    glbk_result result;
-    if (room.rsm.width == stage->width && room.rsm.height == stage->height) return GLBK_OK;
-    if (room.ism.width) {
-        result = glbk_rsm_renderer_resize(stage->gl, &room.rsm, stage->width, stage->height);
-        return result == GLBK_OK ? glbk_ism_renderer_resize(stage->gl, &room.ism, stage->width, stage->height) : result;
-    }
+    glbk_result result = GLBK_OK;
     memset(&size, 0, sizeof size);
-    size.width = stage->width;
-    size.height = stage->height;
-    result = glbk_rsm_renderer_create(stage->gl, &size, &room.rsm);
-    if (result == GLBK_OK) result = glbk_ism_renderer_create(stage->gl, &ism_size, &room.ism);
-    return result;
+    size.width = w;
+    size.height = h;
+    /* Each by itself: the size of one may have failed where the other's did not. */
+    if (!room.rsm.width) result = glbk_rsm_renderer_create(stage->gl, &size, &room.rsm);
+    else if (room.rsm.width != w || room.rsm.height != h)
+        result = glbk_rsm_renderer_resize(stage->gl, &room.rsm, w, h);
+    if (result != GLBK_OK) return result;
+    if (!room.ism.width) return glbk_ism_renderer_create(stage->gl, &ism_size, &room.ism);
+    if (room.ism.width == w && room.ism.height == h) return GLBK_OK;
+    return glbk_ism_renderer_resize(stage->gl, &room.ism, w, h);
 }
 
 /* ---- a frame ---- */
@@ -344,7 +345,6 @@ static glbk_result bounce_by_rsm(pg_stage *stage, const float knobs[PG_KNOBS])
     desc.sample_count = (uint32_t)knobs[SAMPLES];
     desc.interleave = (uint32_t)knobs[INTERLEAVE];
     desc.near_limit = knobs[NEAR_LIMIT];
-    desc.near_field = knobs[NEAR_FIELD];
     desc.clamp = knobs[CLAMP];
     desc.offset = knobs[OFFSET];
     desc.seed = stage->frames;
