@@ -114,7 +114,8 @@ static glbk_result fit(pg_stage *stage)
 {
     glbk_rsm_renderer_desc size;
     glbk_result result;
-    if (filter.rsm.width == stage->width && filter.rsm.height == stage->height) return GLBK_OK;
+    if (filter.rsm.width == stage->width && filter.rsm.height == stage->height && filter.noisy_target.name)
+        return GLBK_OK;
     free_sized(stage);
     memset(&size, 0, sizeof size);
     size.width = stage->width;

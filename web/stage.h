@@ -136,8 +136,8 @@ int  pg_failed(const char *what, glbk_result result, char *error);      /* -1, w
 
 enum { PG_KNOBS = 20 };
 
-/* Builds what stands on the stage and does not depend on knobs, with handles and box, if that was not done before (a lost context takes what is on
-   the GPU alone), and uploads it. */
+/* Builds what stands on the stage and does not depend on knobs, with handles and box, if that was not done before (a
+   lost context takes what is on the GPU alone), and uploads it. */
 int  pg_scene_create(pg_stage *stage, char *error);
 const pg_model *pg_scene_model(void);
 /* Draws the frame of a time in seconds into the stage's G-buffer and its light. The camera is set. */
