@@ -43,7 +43,7 @@ export interface Attached {
     }): string;
     /** Once for each program that is linked with glsl(). */
     setSlots(program: WebGLProgram): void;
-    /** Frees its maps and itself. lost: after the event webglcontextlost; then attach anew when the context is back. */
+    /** Frees its maps and itself; call it once, and nothing else afterwards. lost: after the event webglcontextlost; then attach anew when the context is back. */
     free(options?: { lost?: boolean }): void;
 }
 
@@ -55,5 +55,6 @@ export interface Maps {
     place(instances: { block?: number; matrix: ArrayLike<number> & Iterable<number> }[]): void;
     /** Each frame, before your draws that ask; the units and the binding stay taken until somebody else takes them. */
     bind(): void;
+    /** place and bind throw afterwards. A second call does nothing. */
     free(): void;
 }

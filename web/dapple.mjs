@@ -166,20 +166,28 @@ class Maps {
         this.defines = call('dp_scene_defines', 'string', ['number'], [scene]);
     }
 
+    /* After free there is neither a scene nor perhaps a context for it, which the program would read all the same. */
+    #living() {
+        if (!this.#scene) throw new Error('these maps were freed');
+        return this.#scene;
+    }
+
     /* Replaces all instances: [{ block: 0, matrix: 16 numbers, object to world }]. The shader counts them from 1. */
     place(instances) {
+        const scene = this.#living();
         const matrices = put(this.#program, Float32Array.from(instances.flatMap((i) => [...i.matrix]))),
             blocks = put(this.#program, Uint32Array.from(instances.map((i) => i.block || 0)));
-        const result = this.#call('dp_scene_place', 'number', numbers(5), [this.#gl, this.#scene, matrices, blocks, instances.length]);
+        const result = this.#call('dp_scene_place', 'number', numbers(5), [this.#gl, scene, matrices, blocks, instances.length]);
         this.#program._free(matrices);
         this.#program._free(blocks);
         if (result !== 0) throw last(this.#program);
     }
 
     /* Binds textures and uniform block; they stay bound until somebody takes their units. */
-    bind() { this.#call('dp_bind', null, numbers(2), [this.#gl, this.#scene]); }
+    bind() { this.#call('dp_bind', null, numbers(2), [this.#gl, this.#living()]); }
 
     free() {
+        if (!this.#scene) return;
         this.#call('dp_scene_free', null, numbers(2), [this.#gl, this.#scene]);
         this.#scene = 0;
         this.#freed();
