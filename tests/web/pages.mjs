@@ -696,6 +696,9 @@ const tests = {
             await changed();
             await settled(1);
         }
+        await drop('pole.glb', Buffer.from('no model'));      // the name of the model that is there, which a lost context needs again
+        must(await message() !== '', 'a broken pole.glb gave no message');
+        must(await page.evaluate('state.files.get("pole.glb").length') === pole.length, 'a broken file took the place of the model of its name');
     },
     async a_lost_context_comes_back() {
         await page.evaluate('FULL = 8');
