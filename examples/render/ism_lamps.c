@@ -591,7 +591,7 @@ static int render_lamps(im_rsms *r, im_rsms *last, const rd_job *job, uint32_t s
 int im_rsms_render(im_rsms *r, im_rsms *last, const rd_job *job, uint32_t size, char *error)
 {
     int all_kept;
-    r->key = scene_key(job, size);
+    r->key = last ? scene_key(job, size) : 0;      /* nobody asks for it otherwise, and it reads all vertices */
     r->first = malloc((r->lamp_count + 1) * sizeof *r->first);
     if (!r->first)
         return im_out_of_memory(error);
