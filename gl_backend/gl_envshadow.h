@@ -302,7 +302,8 @@ GLBK_DEF void glbk_envsh_maps_free(glbk_context *ctx, glbk_envsh_maps *maps);
 GLBK_DEF glbk_result glbk_envsh_renderer_resize(glbk_context *ctx, glbk_envsh_renderer *renderer,
                                                 uint32_t width, uint32_t height);
 /* Gives the renderer another size, without what it had drawn. Its programs stay, whereas a new renderer would
-   compile them anew; so call it when a window has changed its size, with glbk_gbuffer_resize.
+   compile them anew; so call it when a window has changed its size, with glbk_gbuffer_resize. Its textures
+   are new ones.
    Errors   GLBK_ERR_ARGUMENT: the renderer is NULL or was not created. GLBK_ERR_DESC, GLBK_ERR_LIMIT: as for
             glbk_envsh_renderer_create. After these it is as it was, after those of textures and targets
             it is freed and zeroed */

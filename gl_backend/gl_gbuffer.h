@@ -326,7 +326,8 @@ typedef struct glbk_pixel {
 GLBK_DEF glbk_result glbk_gbuffer_resize(glbk_context *ctx, glbk_gbuffer *gbuffer,
                                          const struct glbk_gbuffer_desc *desc);
 /* Gives the G-buffer another size, without what it held. Its programs stay, whereas a new G-buffer would
-   compile them anew; so call it when a window has changed its size.
+   compile them anew; so call it when a window has changed its size. Its textures are new ones: targets of
+   yours that have its depth must be made anew.
    desc     attributes is not read: they stay as they were created. depth is that of the new size
    Errors   those of glbk_gbuffer_create. GLBK_ERR_ARGUMENT, too: the G-buffer was not created. After an error
             of desc it is as it was, after any other it is freed and zeroed */

@@ -34,7 +34,7 @@ GLBK_DEF glbk_result glbk_csm_renderer_resize(glbk_context *ctx, glbk_csm_render
                                               uint32_t height);
 /* Gives the renderer another size, without frames. Its programs stay, whereas a new renderer would compile
    them anew, seconds on some drivers; so call it when a window has changed its size, with
-   glbk_gbuffer_resize.
+   glbk_gbuffer_resize. Its textures are new ones.
    Errors   GLBK_ERR_ARGUMENT: the renderer is NULL or was not created. GLBK_ERR_DESC, GLBK_ERR_LIMIT: as for
             glbk_csm_renderer_create. After these it is as it was, after those of textures and targets it is
             freed and zeroed */
