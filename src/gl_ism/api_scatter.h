@@ -20,7 +20,8 @@ typedef struct glbk_ism_spread {        /* what glbk_ism_scatter needs; read onl
     glbk_ism_sheet shares;              /* of the surfels of VPLs that clusters have; R32UI */
     glbk_ism_sheet share_sums[3];       /* running sums of shares */
     glbk_ism_sheet counts;              /* surfels of each VPL; R32UI, whole numbers */
-    glbk_ism_sheet gone;                /* 1 for each surfel of a layer whose triangle is gone; R8UI */
+    glbk_ism_sheet gone;                /* 1 for each surfel whose triangle is gone, in the rows of a layer
+                                           that are drawn next; R8UI */
     glbk_target    surfel_target;       /* of a layer of the maps' tables of surfels */
     glbk_buffer    block;               /* the uniform block */
     glbk_program   programs[10];        /* draw sizes, masses, shares, sums, counts, surfels and which are
