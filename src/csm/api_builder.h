@@ -43,15 +43,18 @@ COHSM_DEF cohsm_result cohsm_builder_add(cohsm_builder *builder, uint32_t index,
 typedef struct cohsm_segment {      /* a run of views for which one depth serves a pixel (equation 1) */
     uint32_t first;                 /* the view that it begins with; it ends before the pixel's next one */
     uint32_t pixel;                 /* of the map, y * M + x */
-    uint32_t value;                 /* lo | hi << 8: the grid values that separate the layers of all views;
-                                       or an exact depth | 1 << 16. Grid value i stands for the 16-bit depth
-                                       floor(i 65535 / (2^depth_bits - 1)), the greatest for infinity */
+    uint32_t value;                 /* lo | hi << 8, lo <= hi < 2^depth_bits: each of the grid values lo..hi
+                                       separates the layers of all its views, and the builder takes one; or
+                                       a 16-bit depth | 1 << 16, which is stored exactly. Grid value i stands
+                                       for the 16-bit depth floor(i 65535 / (2^depth_bits - 1)), the greatest
+                                       for infinity. 16-bit depths are those that cohsm_depths writes */
 } cohsm_segment;
 
 COHSM_DEF cohsm_result cohsm_builder_import(cohsm_builder *builder, const cohsm_segment *segments,
-                                              size_t count);
+                                            size_t count);
 /* Takes the segments of all views at once, in place of their layers: from whoever has found them, such as the
-   GPU. Nothing is compressed here; time goes by segments, not by views times pixels.
+   GPU. Nothing is compressed here; time goes by segments, not by views times pixels. cohsm_builder_finish
+   comes next; its stats have no empty_intervals and no open_entries then.
    segments   count of them. Those of a pixel come in the order of their views, and those of views below a
               multiple of 65,536 before those from there on. Each pixel has one that begins with view 0, and
               with each multiple of 65,536. Pixels outside the range of a shard are left out

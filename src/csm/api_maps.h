@@ -20,7 +20,8 @@ typedef struct cohsm_info {
     size_t   bytes;                 /* of the block */
     cohsm_layout layout;            /* COHSM_LAYOUT_COMPACT or COHSM_LAYOUT_FAST */
     size_t   fast_bytes;            /* of the trays beside the block; 0 where the layout is compact */
-    size_t   memory_bytes;          /* that the maps take of the allocator */
+    size_t   memory_bytes;          /* that the maps take of the allocator: block, trays and tables; without
+                                       the block if they read a file in place (cohsm_open_file) */
     double   ratio;                 /* the paper's compression ratio: view_count * pixels * 2 bytes of plain
                                        16-bit maps / bytes; pixels are M * M, or those of a shard */
 } cohsm_info;
@@ -47,7 +48,8 @@ COHSM_DEF cohsm_result cohsm_depths(const cohsm_maps *maps, uint32_t view, uint1
 COHSM_DEF const void *cohsm_data(const cohsm_maps *maps, size_t *bytes);
 /* Returns the block, which is the plain file as it stands and is what a GPU gets, and writes its bytes. The
    block consists of 32-bit words without pointers (docs/csm-format.md) in the byte order of the host; the
-   file is little-endian, so write it by cohsm_write on big-endian hosts. The block lives as long as the maps.
+   file is little-endian, so write it by cohsm_write on big-endian hosts. The block lives as long as the maps;
+   of maps that read a file in place it is that file.
    maps     NULL gives NULL
    bytes    may be NULL */
 

@@ -1,7 +1,7 @@
 /* ---- fewer maps for the same answers ---- */
 
 typedef struct cohsm_places_desc {
-    cohsm_system       system;
+    cohsm_system       system;          /* parallel_for is not called */
     const cohsm_maps  *candidates;      /* maps of more places than you want to keep, N <= 16,384, such as
                                            small ones (map_side 32) of a LIST or TABLE: by their answers
                                            places are compared */
@@ -24,5 +24,5 @@ COHSM_DEF cohsm_result cohsm_places_choose(const cohsm_places_desc *desc, uint32
              by which lights of the candidates ask maps of the places (COHSM_LIGHT_INDEX)
    error     may be NULL; receives the error, 0..1
    Errors    COHSM_ERR_ARGUMENT (NULL), COHSM_ERR_DESC, COHSM_ERR_ALLOC, COHSM_ERR_CANCELLED
-   Cost      N receiver_count queries and N^2 (receiver_count / 32 + place_count) steps; N^2 4 + N
-             receiver_count / 8 bytes of memory */
+   Cost      N receiver_count queries, then N^2 (receiver_count / 32 + place_count) steps, and at most 16 N^2
+             place_count for the exchanges; 4 N^2 + N receiver_count / 8 + 4 receiver_count bytes of memory */

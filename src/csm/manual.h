@@ -130,6 +130,7 @@
      section 6, quality     the bias                             cohsm_query                          T71
      section 6, figure 13   what N and M leave of the truth      cohsm_desc, cohsm_visible            T72,
                                                                                                  furnace
+     section 7              adaptive sampling: fewer places      cohsm_places_choose                  T70
      table 1                compression rates                    cohsm_get_info                       T63
      table 2                queries a second                     cohsm_visible, cohsm_layout          -
 
@@ -147,8 +148,8 @@
                           if __has_include does not find it
 
    In the repository, make join csm.h WITHOUT="build" writes this header without the precomputation, for
-   programs that only open files and ask; WITHOUT="all" leaves packed files and intrinsics out too
-   (src/README.md).
+   programs that only open files and ask; WITHOUT="all" leaves out all that is optional, such as packed
+   files, streams of objects and intrinsics (src/README.md).
 
    Memory, errors, threads, determinism
 
@@ -156,9 +157,9 @@
    builders keep allocator, log and user of the system that they were made with: these must live as long.
    Every function that can fail returns a cohsm_result; if the result is not COHSM_OK, outputs are untouched
    and nothing leaks. The log says why a call failed, unless the maps, the builder or the desc that hold it
-   are NULL. There are no globals: any number of threads may query the same maps; a builder belongs to one
-   thread at a time. Blocks built from the same input have the same bytes on every compiler, processor, byte
-   order and thread count (not with x87 arithmetic, nor with clang's -ffast-math).
+   are NULL. There are no globals: any number of threads may query the same maps; a builder or a stream of
+   objects belongs to one thread at a time. Blocks built from the same input have the same bytes on every
+   compiler, processor, byte order and thread count (not with x87 arithmetic, nor with clang's -ffast-math).
 
    Cost: docs/csm.md and build/bench csm_query.   History: CHANGELOG.md.   Licence: end of this file. */
 #ifndef CSM_H
