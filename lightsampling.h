@@ -93,7 +93,7 @@
      section 5     A, a light's shape (figure 12)    lsamp_light_kind, lsamp__shape_point     T43, T73
      section 5     A as a table, linearly filtered   lsamp_surface, lsamp__surface_point      T43, T73
      section 5     L, texels, and frames over time   lsamp_light_desc, lsamp__emitter_frame   T18, T22
-     section 5     L, linear filtering (figure 12)   lsamp_texels, lsamp__texel_at      T43
+     section 5     L, linear filtering (figure 12)   lsamp_texels, lsamp__texel_at            T43
      section 5     emitters that are not Lambertian  lsamp__emit                              T43
      section 4, 5  D, where maps look from           lsamp_light_domain                       -
                                                      lsamp_surface_locations                  -
@@ -283,13 +283,13 @@ typedef enum lsamp_light_kind {     /* the shape that emits, and its coordinates
     LSAMP_LIGHT_MESH,               /* triangles that emit to the side from which their corners run
                                        counter-clockwise. x runs along a curve through all of them, in
                                        proportion to area; y and z lie in the piece that x names */
-    LSAMP_LIGHT_SURFACE,            /* a grid of points, between which the surface is linear: x runs along its
-                                       rows and y across them. Equal ranges cover equal areas only where the
-                                       grid's cells do */
+    LSAMP_LIGHT_SURFACE,            /* a grid of points, between which the surface is bilinear: x runs along
+                                       its rows and y across them. Equal ranges cover equal areas only where
+                                       the grid's cells do */
     LSAMP_LIGHT_COUNT
 } lsamp_light_kind;
 
-typedef enum lsamp_texels {   /* what L is between the centres of texels */
+typedef enum lsamp_texels {         /* what L is between the centres of texels */
     LSAMP_TEXELS_DEFAULT,           /* = LSAMP_TEXELS_NEAREST */
     LSAMP_TEXELS_NEAREST = LSAMP_TEXELS_DEFAULT,    /* that of the nearest texel */
     LSAMP_TEXELS_LINEAR,            /* linear along both coordinates, as in section 5: a glossy surface shows
@@ -301,10 +301,10 @@ typedef enum lsamp_texels {   /* what L is between the centres of texels */
 
 typedef struct lsamp_surface {      /* A of LSAMP_LIGHT_SURFACE as a table */
     uint32_t     width, height;     /* 2..4096 each */
-    const float *points;            /* x, y, z of each, height rows of width. The surface emits
-                                       to the side of (along the rows) x (across them). Where points are not
-                                       finite it does not emit */
-    int          round;             /* not 0: after the last column comes the first */
+    const float *points;            /* x, y, z of each, height rows of width. The surface emits to the side of
+                                       the cross product (along the rows) x (across them). Where points are
+                                       not finite, or cells have no area, it does not emit */
+    int          round;             /* not 0: after the last column comes the first, with cells between */
 } lsamp_surface;
 
 typedef void (*lsamp_shape_fn)(void *user, float time, const float x[3], float position[3], float normal[3],
@@ -335,10 +335,10 @@ typedef struct lsamp_light_desc {   /* zero it, then set what this kind of light
                                        0..1e5; 0 is a Lambertian emitter */
     float             rotation;     /* of an environment: radians about +Y, -1000..1000 */
     const float      *texels;       /* factors of radiance over the coordinates: frames one after another,
-                                       each height rows of width rgb texels, constant within a texel.
-                                       lsamp_light_init copies the frames that it blends. Set radiance too: it
-                                       is 1 1 1 for texels that are radiance, and 0 makes all black. NULL = 1
-                                       everywhere. Not for sun, point, spot and mesh */
+                                       each height rows of width rgb texels. `filter` says what is between
+                                       their centres. lsamp_light_init copies the frames that it blends. Set
+                                       radiance too: it is 1 1 1 for texels that are radiance, and 0 makes all
+                                       black. NULL = 1 everywhere. Not for sun, point, spot and mesh */
     uint32_t          width, height;     /* 1..65536 with texels (height 1 for a line), 0 without */
     uint32_t          frame_count;       /* of texels, 1..2^24; 0 = 1 */
     float             frames_per_second; /* 0..1e6; 0 = 30. Frames are blended linearly */
@@ -352,7 +352,7 @@ typedef struct lsamp_light_desc {   /* zero it, then set what this kind of light
     uint32_t          place_count;       /* how many places for maps lsamp_light_domain gives for a mesh,
                                             1..2^24; 0 = 1024. The mesh is cut into twice as many pieces, or
                                             more */
-    lsamp_texels filter;           /* of texels */
+    lsamp_texels      filter;            /* of texels; without texels it changes nothing */
     const lsamp_surface *surface;        /* of LSAMP_LIGHT_SURFACE, in world space; it and its points are read
                                             whenever the light is sampled, and must live as long */
 } lsamp_light_desc;
@@ -502,10 +502,11 @@ typedef struct lsamp_emission {     /* one point of a light as seen from a point
 
 LSAMP_DEF int lsamp_light_sample(const lsamp_light *light, const float p[3], const float u[3],
                                  lsamp_emission *out);
-/* Draws a point of the light from the density P_L: in proportion to the texels, or, of rectangles and spheres
-   without texels, evenly over the solid angle seen from p. Returns 1; returns 0 and leaves *out untouched if
-   no light of the drawn point reaches p, or if an argument is NULL or out of range.
-   u        random numbers in [0, 1); u[2] serves callbacks only */
+/* Draws a point of the light from the density P_L: in proportion to the texels (linear ones: to the mean over
+   each), or, of rectangles and spheres without texels, evenly over the solid angle seen from p. Returns 1;
+   returns 0 and leaves *out untouched if no light of the drawn point reaches p, or if an argument is NULL or
+   out of range.
+   u        random numbers in [0, 1); u[2] serves callbacks and meshes only */
 
 LSAMP_DEF int lsamp_light_hit(const lsamp_light *light, const float p[3], const float direction[3],
                               lsamp_emission *out);
@@ -525,10 +526,13 @@ LSAMP_DEF lsamp_result lsamp_surface_locations(const lsamp_surface *surface, uin
                                                float lift, float *locations);
 /* Writes D for a LSAMP_LIGHT_SURFACE: the surface at the centres of width x height equal cells of its
    coordinates, for a domain of LSAMP_DOMAIN_TABLE with these sides, whose maps are asked by the samples'
-   coords.
-   lift        how far the places stand above the side that emits, lest the surface itself hides all
-   locations   receives 4 floats for each cell, rows of width: x, y, z, 1
-   Errors      LSAMP_ERR_ARGUMENT (NULL, a side of 0), LSAMP_ERR_INPUT (surface, lift). There is no log */
+   coords: side is width, height, 1, and location_count width * height.
+   lift        how far the places stand above the side that emits, in the scene's units, lest the surface
+               itself hides all; below 0: behind it
+   locations   receives 4 floats for each cell, rows of width: x, y, z, 1. Where the surface's points are not
+               finite they are not finite either: put other ones there, since csm.h refuses such locations
+   Errors      LSAMP_ERR_ARGUMENT (NULL, a side of 0), LSAMP_ERR_INPUT (surface->points is NULL, its width or
+               height, lift). There is no log */
 
 typedef enum lsamp_domain_kind {    /* the numbers are those of cohsm_domain_kind */
     LSAMP_DOMAIN_DEFAULT,           /* = LSAMP_DOMAIN_LATLONG, which lsamp_light_domain writes in its place */

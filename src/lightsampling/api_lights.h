@@ -15,10 +15,11 @@ typedef struct lsamp_emission {     /* one point of a light as seen from a point
 
 LSAMP_DEF int lsamp_light_sample(const lsamp_light *light, const float p[3], const float u[3],
                                  lsamp_emission *out);
-/* Draws a point of the light from the density P_L: in proportion to the texels, or, of rectangles and spheres
-   without texels, evenly over the solid angle seen from p. Returns 1; returns 0 and leaves *out untouched if
-   no light of the drawn point reaches p, or if an argument is NULL or out of range.
-   u        random numbers in [0, 1); u[2] serves callbacks only */
+/* Draws a point of the light from the density P_L: in proportion to the texels (linear ones: to the mean over
+   each), or, of rectangles and spheres without texels, evenly over the solid angle seen from p. Returns 1;
+   returns 0 and leaves *out untouched if no light of the drawn point reaches p, or if an argument is NULL or
+   out of range.
+   u        random numbers in [0, 1); u[2] serves callbacks and meshes only */
 
 LSAMP_DEF int lsamp_light_hit(const lsamp_light *light, const float p[3], const float direction[3],
                               lsamp_emission *out);
@@ -38,10 +39,13 @@ LSAMP_DEF lsamp_result lsamp_surface_locations(const lsamp_surface *surface, uin
                                                float lift, float *locations);
 /* Writes D for a LSAMP_LIGHT_SURFACE: the surface at the centres of width x height equal cells of its
    coordinates, for a domain of LSAMP_DOMAIN_TABLE with these sides, whose maps are asked by the samples'
-   coords.
-   lift        how far the places stand above the side that emits, lest the surface itself hides all
-   locations   receives 4 floats for each cell, rows of width: x, y, z, 1
-   Errors      LSAMP_ERR_ARGUMENT (NULL, a side of 0), LSAMP_ERR_INPUT (surface, lift). There is no log */
+   coords: side is width, height, 1, and location_count width * height.
+   lift        how far the places stand above the side that emits, in the scene's units, lest the surface
+               itself hides all; below 0: behind it
+   locations   receives 4 floats for each cell, rows of width: x, y, z, 1. Where the surface's points are not
+               finite they are not finite either: put other ones there, since csm.h refuses such locations
+   Errors      LSAMP_ERR_ARGUMENT (NULL, a side of 0), LSAMP_ERR_INPUT (surface->points is NULL, its width or
+               height, lift). There is no log */
 
 typedef enum lsamp_domain_kind {    /* the numbers are those of cohsm_domain_kind */
     LSAMP_DOMAIN_DEFAULT,           /* = LSAMP_DOMAIN_LATLONG, which lsamp_light_domain writes in its place */

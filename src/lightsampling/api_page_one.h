@@ -124,13 +124,13 @@ typedef enum lsamp_light_kind {     /* the shape that emits, and its coordinates
     LSAMP_LIGHT_MESH,               /* triangles that emit to the side from which their corners run
                                        counter-clockwise. x runs along a curve through all of them, in
                                        proportion to area; y and z lie in the piece that x names */
-    LSAMP_LIGHT_SURFACE,            /* a grid of points, between which the surface is linear: x runs along its
-                                       rows and y across them. Equal ranges cover equal areas only where the
-                                       grid's cells do */
+    LSAMP_LIGHT_SURFACE,            /* a grid of points, between which the surface is bilinear: x runs along
+                                       its rows and y across them. Equal ranges cover equal areas only where
+                                       the grid's cells do */
     LSAMP_LIGHT_COUNT
 } lsamp_light_kind;
 
-typedef enum lsamp_texels {   /* what L is between the centres of texels */
+typedef enum lsamp_texels {         /* what L is between the centres of texels */
     LSAMP_TEXELS_DEFAULT,           /* = LSAMP_TEXELS_NEAREST */
     LSAMP_TEXELS_NEAREST = LSAMP_TEXELS_DEFAULT,    /* that of the nearest texel */
     LSAMP_TEXELS_LINEAR,            /* linear along both coordinates, as in section 5: a glossy surface shows
@@ -142,10 +142,10 @@ typedef enum lsamp_texels {   /* what L is between the centres of texels */
 
 typedef struct lsamp_surface {      /* A of LSAMP_LIGHT_SURFACE as a table */
     uint32_t     width, height;     /* 2..4096 each */
-    const float *points;            /* x, y, z of each, height rows of width. The surface emits
-                                       to the side of (along the rows) x (across them). Where points are not
-                                       finite it does not emit */
-    int          round;             /* not 0: after the last column comes the first */
+    const float *points;            /* x, y, z of each, height rows of width. The surface emits to the side of
+                                       the cross product (along the rows) x (across them). Where points are
+                                       not finite, or cells have no area, it does not emit */
+    int          round;             /* not 0: after the last column comes the first, with cells between */
 } lsamp_surface;
 
 typedef void (*lsamp_shape_fn)(void *user, float time, const float x[3], float position[3], float normal[3],
@@ -176,10 +176,10 @@ typedef struct lsamp_light_desc {   /* zero it, then set what this kind of light
                                        0..1e5; 0 is a Lambertian emitter */
     float             rotation;     /* of an environment: radians about +Y, -1000..1000 */
     const float      *texels;       /* factors of radiance over the coordinates: frames one after another,
-                                       each height rows of width rgb texels, constant within a texel.
-                                       lsamp_light_init copies the frames that it blends. Set radiance too: it
-                                       is 1 1 1 for texels that are radiance, and 0 makes all black. NULL = 1
-                                       everywhere. Not for sun, point, spot and mesh */
+                                       each height rows of width rgb texels. `filter` says what is between
+                                       their centres. lsamp_light_init copies the frames that it blends. Set
+                                       radiance too: it is 1 1 1 for texels that are radiance, and 0 makes all
+                                       black. NULL = 1 everywhere. Not for sun, point, spot and mesh */
     uint32_t          width, height;     /* 1..65536 with texels (height 1 for a line), 0 without */
     uint32_t          frame_count;       /* of texels, 1..2^24; 0 = 1 */
     float             frames_per_second; /* 0..1e6; 0 = 30. Frames are blended linearly */
@@ -193,7 +193,7 @@ typedef struct lsamp_light_desc {   /* zero it, then set what this kind of light
     uint32_t          place_count;       /* how many places for maps lsamp_light_domain gives for a mesh,
                                             1..2^24; 0 = 1024. The mesh is cut into twice as many pieces, or
                                             more */
-    lsamp_texels filter;           /* of texels */
+    lsamp_texels      filter;            /* of texels; without texels it changes nothing */
     const lsamp_surface *surface;        /* of LSAMP_LIGHT_SURFACE, in world space; it and its points are read
                                             whenever the light is sampled, and must live as long */
 } lsamp_light_desc;

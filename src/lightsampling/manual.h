@@ -93,7 +93,7 @@
      section 5     A, a light's shape (figure 12)    lsamp_light_kind, lsamp__shape_point     T43, T73
      section 5     A as a table, linearly filtered   lsamp_surface, lsamp__surface_point      T43, T73
      section 5     L, texels, and frames over time   lsamp_light_desc, lsamp__emitter_frame   T18, T22
-     section 5     L, linear filtering (figure 12)   lsamp_texels, lsamp__texel_at      T43
+     section 5     L, linear filtering (figure 12)   lsamp_texels, lsamp__texel_at            T43
      section 5     emitters that are not Lambertian  lsamp__emit                              T43
      section 4, 5  D, where maps look from           lsamp_light_domain                       -
                                                      lsamp_surface_locations                  -
