@@ -5445,7 +5445,7 @@ typedef struct cohsm__tile {            /* one object's samples, in its space */
     union {                             /* no tile needs both */
         cohsm__kept kept;               /* of NEAREST with one light */
 #ifndef COHSM_WITHOUT_SIMD
-        cohsm__fractions fractions;         /* of PCF */
+        cohsm__fractions fractions;     /* of PCF */
 #endif
     } work;
 } cohsm__tile;
@@ -11559,6 +11559,13 @@ static cohsm_result cohsm__unpack_words(const uint8_t *data, size_t size, const 
     return result;
 }
 
+/* Says whether a packed file of so many bytes can have this header, which is sound, and this longest list. */
+static int cohsm__packed_sound(const cohsm__header *h, uint32_t longest, size_t size)
+{
+    return longest <= COHSM__CHUNK && longest <= h->view_count && cohsm__pack_head(h) <= size &&
+           4 * (uint64_t)h->words + cohsm__pack_work(h, longest) <= COHSM__PACK_MULTIPLE * (uint64_t)size;
+}
+
 /* Unpacks a packed file of 16 bytes or more whose magic is known; all else in it may be hostile. It asks for
    at most COHSM__PACK_MULTIPLE bytes of memory a byte of file, and 256 KB for the probabilities and the
    object. */
@@ -11579,10 +11586,7 @@ static cohsm_result cohsm__unpack(const uint8_t *data, size_t size, const cohsm_
     if (longest == 0) return cohsm__open_plain(inner, size - COHSM__PACK_HEADER, a, part, out);
     memcpy(&h, inner, sizeof h);
     cohsm__host_words((uint32_t *)(void *)&h, COHSM__HEADER_WORDS);
-    if (!cohsm__header_sound(&h) || longest > COHSM__CHUNK || longest > h.view_count ||
-        cohsm__pack_head(&h) > size ||
-        4 * (uint64_t)h.words + cohsm__pack_work(&h, longest) > COHSM__PACK_MULTIPLE * (uint64_t)size)
-        return COHSM_ERR_FORMAT;
+    if (!cohsm__header_sound(&h) || !cohsm__packed_sound(&h, longest, size)) return COHSM_ERR_FORMAT;
     block = cohsm__take_block(a, h.words);
     if (!block.words) return COHSM_ERR_ALLOC;
     result = cohsm__unpack_words(data, size, a, cohsm__part_of(part, 0.0f, 0.9f), &h, block.words);
@@ -11789,7 +11793,8 @@ COHSM_DEF cohsm_result cohsm_open_as(const void *data, size_t bytes, cohsm_layou
 
 /* Reads and checks the header of a plain or packed file, and compares the file's size; nothing else is read.
    *longest receives how many segments the longest list of a packed file has, or 0 where the block is there
-   as it is; *at where the block's header begins. */
+   as it is; *at where the block's header begins. What is wrong with a packed file's sizes is found here too,
+   so that no room is made for what cannot be opened. */
 static cohsm_result cohsm__file_header(const uint8_t *file, size_t bytes, cohsm__header *h, uint32_t *longest,
                                        size_t *at)
 {
@@ -11814,6 +11819,9 @@ static cohsm_result cohsm__file_header(const uint8_t *file, size_t bytes, cohsm_
     cohsm__host_words((uint32_t *)(void *)h, COHSM__HEADER_WORDS);
     if (!cohsm__header_sound(h)) return COHSM_ERR_FORMAT;
     if (*longest == 0 && bytes - *at != 4 * (size_t)h->words) return COHSM_ERR_FORMAT;
+#ifndef COHSM_WITHOUT_PACK
+    if (*longest && !cohsm__packed_sound(h, *longest, bytes)) return COHSM_ERR_FORMAT;
+#endif
     return COHSM_OK;
 }
 

@@ -2,7 +2,8 @@
 
 /* Reads and checks the header of a plain or packed file, and compares the file's size; nothing else is read.
    *longest receives how many segments the longest list of a packed file has, or 0 where the block is there
-   as it is; *at where the block's header begins. */
+   as it is; *at where the block's header begins. What is wrong with a packed file's sizes is found here too,
+   so that no room is made for what cannot be opened. */
 static cohsm_result cohsm__file_header(const uint8_t *file, size_t bytes, cohsm__header *h, uint32_t *longest,
                                        size_t *at)
 {
@@ -27,6 +28,9 @@ static cohsm_result cohsm__file_header(const uint8_t *file, size_t bytes, cohsm_
     cohsm__host_words((uint32_t *)(void *)h, COHSM__HEADER_WORDS);
     if (!cohsm__header_sound(h)) return COHSM_ERR_FORMAT;
     if (*longest == 0 && bytes - *at != 4 * (size_t)h->words) return COHSM_ERR_FORMAT;
+#ifndef COHSM_WITHOUT_PACK
+    if (*longest && !cohsm__packed_sound(h, *longest, bytes)) return COHSM_ERR_FORMAT;
+#endif
     return COHSM_OK;
 }
 

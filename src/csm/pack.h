@@ -126,6 +126,13 @@ static cohsm_result cohsm__unpack_words(const uint8_t *data, size_t size, const 
     return result;
 }
 
+/* Says whether a packed file of so many bytes can have this header, which is sound, and this longest list. */
+static int cohsm__packed_sound(const cohsm__header *h, uint32_t longest, size_t size)
+{
+    return longest <= COHSM__CHUNK && longest <= h->view_count && cohsm__pack_head(h) <= size &&
+           4 * (uint64_t)h->words + cohsm__pack_work(h, longest) <= COHSM__PACK_MULTIPLE * (uint64_t)size;
+}
+
 /* Unpacks a packed file of 16 bytes or more whose magic is known; all else in it may be hostile. It asks for
    at most COHSM__PACK_MULTIPLE bytes of memory a byte of file, and 256 KB for the probabilities and the
    object. */
@@ -146,10 +153,7 @@ static cohsm_result cohsm__unpack(const uint8_t *data, size_t size, const cohsm_
     if (longest == 0) return cohsm__open_plain(inner, size - COHSM__PACK_HEADER, a, part, out);
     memcpy(&h, inner, sizeof h);
     cohsm__host_words((uint32_t *)(void *)&h, COHSM__HEADER_WORDS);
-    if (!cohsm__header_sound(&h) || longest > COHSM__CHUNK || longest > h.view_count ||
-        cohsm__pack_head(&h) > size ||
-        4 * (uint64_t)h.words + cohsm__pack_work(&h, longest) > COHSM__PACK_MULTIPLE * (uint64_t)size)
-        return COHSM_ERR_FORMAT;
+    if (!cohsm__header_sound(&h) || !cohsm__packed_sound(&h, longest, size)) return COHSM_ERR_FORMAT;
     block = cohsm__take_block(a, h.words);
     if (!block.words) return COHSM_ERR_ALLOC;
     result = cohsm__unpack_words(data, size, a, cohsm__part_of(part, 0.0f, 0.9f), &h, block.words);

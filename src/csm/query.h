@@ -47,7 +47,7 @@ typedef struct cohsm__tile {            /* one object's samples, in its space */
     union {                             /* no tile needs both */
         cohsm__kept kept;               /* of NEAREST with one light */
 #ifndef COHSM_WITHOUT_SIMD
-        cohsm__fractions fractions;         /* of PCF */
+        cohsm__fractions fractions;     /* of PCF */
 #endif
     } work;
 } cohsm__tile;

@@ -282,6 +282,27 @@ static void a_file_tells_its_facts_before_it_is_opened(void **state)
     }
 }
 
+/* A packed file whose header asks for a list of 2^32 - 1 segments is a damaged one, whatever the budget. */
+static void a_packed_file_that_promises_too_much_is_damaged(void **state)
+{
+    uint8_t *bytes = (uint8_t *)malloc(packed[0].size);
+    cohsm_open_desc d;
+    cohsm_maps *maps = NULL;
+    cohsm_info info;
+    ledger l;
+    (void)state;
+    assert_non_null(bytes);
+    memcpy(bytes, packed[0].data, packed[0].size);
+    memset(bytes + 12, 0xff, 4);
+    assert_int_equal(cohsm_open(bytes, packed[0].size, NULL, &maps), COHSM_ERR_FORMAT);
+    d = opening(&l, 0, 1000);
+    assert_int_equal(cohsm_open_file(&d, bytes, packed[0].size, &maps), COHSM_ERR_FORMAT);
+    assert_int_equal(l.calls, 0);
+    assert_int_equal(cohsm_file_info(bytes, packed[0].size, NULL, &info), COHSM_ERR_FORMAT);
+    assert_null(maps);
+    free(bytes);
+}
+
 static void bad_openings_are_named(void **state)
 {
     cohsm_open_desc d;
@@ -747,6 +768,7 @@ int main(void)
         cmocka_unit_test(a_budget_bounds_what_a_file_may_take),
         cmocka_unit_test(trays_stay_within_the_budget),
         cmocka_unit_test(a_file_tells_its_facts_before_it_is_opened),
+        cmocka_unit_test(a_packed_file_that_promises_too_much_is_damaged),
         cmocka_unit_test(bad_openings_are_named),
         cmocka_unit_test(the_object_whose_last_hold_ended_first_leaves_first),
         cmocka_unit_test(a_streamed_scene_answers_as_one_in_memory),
