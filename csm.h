@@ -12555,42 +12555,46 @@ static cohsm_result cohsm__placing_grow(cohsm__placing *c, uint32_t wanted, cons
     return COHSM_OK;
 }
 
-/* Exchanges each place for the candidate that lowers the errors most, once through all places. Returns 0 if
-   there was no exchange that lowered them. */
-static int cohsm__placing_exchange(const cohsm__placing *c)
+/* Exchanges each place for the candidate that lowers the errors most, once through all places. *changed
+   receives 0 if there was no exchange that lowered them. */
+static cohsm_result cohsm__placing_exchange(const cohsm__placing *c, const cohsm__part *part, int *changed)
 {
     uint64_t lost;
     uint32_t j, i, next;
-    int changed = 0;
     int64_t gain;
 
+    *changed = 0;
     (void)cohsm__placing_assign(c);
     for (j = 0; j < c->count && c->place_count > 1; j++) {
         if (!c->chosen[j]) continue;
+        if (cohsm__cancelled(part, j, c->count, 1)) return COHSM_ERR_CANCELLED;
         for (i = 0, lost = 0; i < c->count; i++) lost += c->of[i] == j ? c->second[i] - c->best[i] : 0u;
         next = cohsm__placing_next(c, j, &gain);
         if (gain <= (int64_t)lost) continue;
         c->chosen[j] = 0;
         c->chosen[next] = 1;
         (void)cohsm__placing_assign(c);
-        changed = 1;
+        *changed = 1;
     }
-    return changed;
+    return COHSM_OK;
 }
 
 static cohsm_result cohsm__place_all(cohsm__placing *c, const cohsm_places_desc *d, float *visible,
-                                  const cohsm__part *part)
+                                     const cohsm__part *part)
 {
     cohsm__part step = cohsm__part_of(part, 0.0f, 0.4f);
     cohsm_result result = cohsm__placing_ask(c, d, visible, &step);
-    int i;
+    int i, changed = 1;
 
     step = cohsm__part_of(part, 0.4f, 0.7f);
     if (result == COHSM_OK) result = cohsm__placing_compare(c, &step);
-    step = cohsm__part_of(part, 0.7f, 1.0f);
+    step = cohsm__part_of(part, 0.7f, 0.8f);
     if (result == COHSM_OK) result = cohsm__placing_grow(c, d->place_count, &step);
-    for (i = 0; i < COHSM__MOST_EXCHANGES && result == COHSM_OK; i++)
-        if (!cohsm__placing_exchange(c)) break;
+    for (i = 0; i < COHSM__MOST_EXCHANGES && changed && result == COHSM_OK; i++) {
+        step = cohsm__part_of(part, 0.8f + 0.2f * (float)i / COHSM__MOST_EXCHANGES,
+                              0.8f + 0.2f * (float)(i + 1) / COHSM__MOST_EXCHANGES);
+        result = cohsm__placing_exchange(c, &step, &changed);
+    }
     return result;
 }
 

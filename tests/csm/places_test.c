@@ -262,6 +262,53 @@ static void bad_choices_are_named(void **state)
     model_free(&m);
 }
 
+typedef struct stop { size_t calls, at; float last; int falls; } stop;
+
+static int stop_there(void *user, float fraction)
+{
+    stop *s = (stop *)user;
+    s->falls += !(fraction >= s->last && fraction <= 1);
+    s->last = fraction;
+    return ++s->calls == s->at;
+}
+
+/* At any call of progress, those of the exchanges among them: nothing is written, nothing leaks, and fractions never
+   fall. */
+static void a_choice_may_be_cancelled_at_any_time(void **state)
+{
+    enum { N = 10, K = 3, BEFORE = 2 * N + K };         /* calls of asking, comparing, and taking one by one */
+    static float points[3 * POINTS];
+    float at[N][4];
+    model m = model_soup(30, 0.35, 1);
+    uint32_t places[K] = { 99, 99, 99 }, instead[N];
+    cohsm_result result = COHSM_ERR_CANCELLED;
+    cohsm_places_desc d;
+    cohsm_maps *maps;
+    size_t when;
+    stop s;
+    ledger l;
+    (void)state;
+    make_scene(points, at, N, 1);
+    maps = maps_at(&m, (const float (*)[4])at, N, 16);
+    for (when = 1; when < 1000 && result == COHSM_ERR_CANCELLED; when++) {
+        memset(&s, 0, sizeof s);
+        s.at = when;
+        d = choosing(maps, points, K);
+        d.system.log = NULL;
+        d.system.allocator = ledger_allocator(&l);
+        d.system.progress = stop_there;
+        d.system.user = &s;
+        result = cohsm_places_choose(&d, places, instead, NULL);
+        assert_int_equal(l.live, 0);
+        assert_int_equal(s.falls, 0);
+        if (result == COHSM_ERR_CANCELLED) assert_true(places[0] == 99 && s.calls == when);
+    }
+    assert_int_equal(result, COHSM_OK);
+    assert_true(s.calls >= BEFORE + K && s.calls <= BEFORE + 8 * N);
+    cohsm_free(maps);
+    model_free(&m);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -269,6 +316,7 @@ int main(void)
         cmocka_unit_test(one_place_in_each_room_answers_for_all),
         cmocka_unit_test(t70_chosen_places_answer_better_than_even_ones),
         cmocka_unit_test(bad_choices_are_named),
+        cmocka_unit_test(a_choice_may_be_cancelled_at_any_time),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
