@@ -2520,7 +2520,7 @@ static int lsamp__callback_draw(const lsamp__aim *a, const float *u, lsamp_emiss
     lsamp__pick_point(l, u, &x, &y);
     out->coords[0] = x;
     out->coords[1] = y;
-    out->coords[2] = u[2];
+    out->coords[2] = l->desc.surface ? 0.0f : u[2];
     if (l->curve) lsamp__curve_point(l->curve, out->coords, q, n, &area);
     else if (l->desc.surface) lsamp__surface_point(l->desc.surface, x, y, q, n, &area);
     else l->desc.shape_fn(l->desc.user, l->desc.time, out->coords, q, n, &area);

@@ -1833,8 +1833,9 @@ static void t43_t73_a_surface_lights_as_the_shape_that_it_is(void **state)
     enum { U = 64, V = 33 };
     static const float square[12] = { 0, 0, 1,  0, 1, 1,  1, 0, 1,  1, 1, 1 };
     static float ball_points[U * V * 3];
-    const float up[3] = { 0, 0, 1 }, centre[3] = { 0.5f, 0.5f, 0.0f }, p[3] = { 0, 0, 0 };
+    const float up[3] = { 0, 0, 1 }, centre[3] = { 0.5f, 0.5f, 0.0f }, p[3] = { 0, 0, 0 }, u[3] = { 0.3f, 0.6f, 0.9f };
     float texels[3 * LW * LH], places[6 * 4];
+    lsamp_emission seen;
     lsamp_light_desc d = light_desc(LSAMP_LIGHT_SURFACE, 1.0), flat;
     lsamp_surface s = { 2, 2, square, 0 }, round = { U, V, ball_points, 1 };
     light_box box;
@@ -1845,6 +1846,10 @@ static void t43_t73_a_surface_lights_as_the_shape_that_it_is(void **state)
     d.surface = &s;
     check_irradiance("T43", "irradiance, unit square above the point, as a surface", &d, centre, up, PI * 0.23945647,
                      0);
+    box = make_light(&d);               /* it has two coordinates, where callbacks and meshes have three */
+    assert_int_equal(lsamp_light_sample(box.light, centre, u, &seen), 1);
+    check_near("the third coordinate of a surface", (double)seen.coords[2], 0.0, 0.0);
+    free(box.memory);
     flat = square_above(texels);
     d.texels = texels;
     d.width = LW;
