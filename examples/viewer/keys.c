@@ -73,7 +73,7 @@ static void compare(viewer *v)
     }
     s->compares = !s->compares;
     s->new_reference = 1;
-    if (!s->technique)
+    if (s->compares && !s->technique)
         snprintf(v->message, sizeof v->message, "T: a technique to compare");
 }
 

@@ -27,13 +27,13 @@ static int is_common(const char *change)
     return 0;
 }
 
-/* The reference has the technique's part of the light: its bounces, or none. */
+/* The reference has the technique's part of the light: its bounces (shadowfield: bounce=1), or none. */
 static int reference_settings(const vw_show *s, char text[2][32])
 {
     const rd_key *key;
     int count = 0, bounces = s->technique == &rd_rsm;
     for (int i = 0; (key = vw_show_key(s, i)) != NULL; i++) {
-        if (strcmp(key->name, "bounces") == 0)
+        if (strcmp(key->name, "bounces") == 0 || strcmp(key->name, "bounce") == 0)
             bounces = atoi(vw_show_value(s, key));
         if (strcmp(key->name, "only") == 0)
             snprintf(text[count++], 32, "only=%.20s", vw_show_value(s, key));
@@ -327,7 +327,10 @@ int vw_show_error(const vw_show *s, double *relative_rmse, double *mean_ratio)
     return 1;
 }
 
-int vw_show_will_build(const vw_show *s) { return s->new_scene || (s->new_technique && s->technique); }
+int vw_show_will_build(const vw_show *s)
+{
+    return s->new_scene || (s->technique && (s->new_technique || (s->new_reference && s->compares)));
+}
 
 void vw_show_free(vw_show *s)
 {
