@@ -8,6 +8,7 @@
 #include "tiny_bvh.h"
 
 #include <cstdio>
+#include <memory>
 #include <new>
 #include <vector>
 
@@ -34,14 +35,14 @@ const char *bn_tinybvh_version(void)
 bn_tinybvh *bn_tinybvh_create(const bn_model *model)
 {
     try {
-        bn_tinybvh *r = new bn_tinybvh;
+        std::unique_ptr<bn_tinybvh> r(new bn_tinybvh);
         r->corners.reserve(3 * model->triangles);
         for (size_t i = 0; i < 3 * model->triangles; i++) {
             const float *p = model->positions + 3 * (size_t)model->indices[i];
             r->corners.push_back(tinybvh::bvhvec4(p[0], p[1], p[2], 0));
         }
         r->tree.BuildHQ(r->corners.data(), (uint32_t)model->triangles);
-        return r;
+        return r.release();
     } catch (const std::bad_alloc &) {
         return NULL;
     }
