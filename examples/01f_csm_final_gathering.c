@@ -174,9 +174,13 @@ static points make_points(size_t count)
     points p;
     p.count = count;
     p.positions = (float *)calloc(9 * count, sizeof(float));
+    p.materials = (lsamp_material *)calloc(count, sizeof *p.materials);
+    if (!p.positions || !p.materials) {
+        fputs("out of memory\n", stderr);
+        exit(1);
+    }
     p.normals = p.positions + 3 * count;
     p.radiance = p.normals + 3 * count;
-    p.materials = (lsamp_material *)calloc(count, sizeof *p.materials);
     return p;
 }
 
