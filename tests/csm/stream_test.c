@@ -483,6 +483,60 @@ static void the_object_whose_last_hold_ended_first_leaves_first(void **state)
     for (i = 0; i < OBJECTS; i++) assert_int_equal(files.out[i], 0);
 }
 
+static int take_packed(void *user, uint32_t object, const void **data, size_t *bytes)
+{
+    (void)user;
+    *data = packed[object].data;
+    *bytes = packed[object].size;
+    return 0;
+}
+
+/* What decoding takes counts, too: the least budget is what the log names, and no more than that and the stream's own
+   is ever asked for. in_place changes nothing. */
+static void packed_files_are_decoded_within_the_budget(void **state)
+{
+    int in_place;
+    (void)state;
+    for (in_place = 0; in_place < 2; in_place++) {
+        const cohsm_maps *maps = NULL;
+        cohsm_stream_desc d;
+        cohsm_stream_stats stats;
+        cohsm_stream *s = NULL;
+        const char *least;
+        size_t needed, own, bytes, wanted;
+        cohsm_info info;
+        shelf files;
+        ledger l;
+        d = stream_of(&files, &l, in_place, 1);
+        d.object_count = 2;
+        d.load_fn = take_packed;
+        d.unload_fn = NULL;
+        assert_int_equal(cohsm_stream_create(&d, &s), COHSM_OK);
+        assert_int_equal(cohsm_stream_use(s, 1, &maps), COHSM_ERR_LIMIT);
+        least = strstr(said, "objects[1] takes ");
+        assert_non_null(least);
+        needed = (size_t)strtoul(least + strlen("objects[1] takes "), NULL, 10);
+        cohsm_stream_free(s);
+        assert_int_equal(l.live, 0);
+        d = stream_of(&files, &l, in_place, needed);
+        d.object_count = 2;
+        d.load_fn = take_packed;
+        d.unload_fn = NULL;
+        assert_int_equal(cohsm_stream_create(&d, &s), COHSM_OK);
+        own = l.used;
+        assert_int_equal(cohsm_stream_use(s, 1, &maps), COHSM_OK);
+        assert_true(l.peak <= own + needed);
+        cohsm_get_info(whole[1], &info);
+        cohsm_stream_get_stats(s, &stats);
+        assert_true(stats.peak_bytes == needed && stats.bytes == info.memory_bytes && needed > info.memory_bytes);
+        wanted = info.bytes;
+        assert_memory_equal(cohsm_data(maps, &bytes), cohsm_data(whole[1], NULL), wanted);
+        assert_int_equal(bytes, wanted);
+        cohsm_stream_free(s);
+        assert_int_equal(l.live, 0);
+    }
+}
+
 /* ---- scenes ---- */
 
 enum { INSTANCES = 60, POINTS = 3000 };
@@ -771,6 +825,7 @@ int main(void)
         cmocka_unit_test(a_packed_file_that_promises_too_much_is_damaged),
         cmocka_unit_test(bad_openings_are_named),
         cmocka_unit_test(the_object_whose_last_hold_ended_first_leaves_first),
+        cmocka_unit_test(packed_files_are_decoded_within_the_budget),
         cmocka_unit_test(a_streamed_scene_answers_as_one_in_memory),
         cmocka_unit_test(objects_that_no_way_meets_stay_where_they_are),
         cmocka_unit_test(a_failed_load_leaves_answers_and_stream_as_they_were),

@@ -121,6 +121,23 @@ static void a_field_of_one_kind_of_light_is_named(void **state)
     REFUSES(LSAMP_LIGHT_CALLBACK, (void)0, "desc.shape_fn is NULL");
 }
 
+static void a_surface_and_a_filter_are_named(void **state)
+{
+    static const float points[12] = { 0 };
+    lsamp_surface s = { 2, 2, points, 0 };
+    (void)state;
+    REFUSES(LSAMP_LIGHT_SUN, d.filter = LSAMP_TEXELS_COUNT, "desc.filter is 2; it must be a LSAMP_TEXELS_...");
+    REFUSES(LSAMP_LIGHT_SURFACE, (void)0, "desc.surface is NULL");
+    s.points = NULL;
+    REFUSES(LSAMP_LIGHT_SURFACE, d.surface = &s, "desc.surface->points is NULL");
+    s.points = points;
+    s.width = 1;
+    REFUSES(LSAMP_LIGHT_SURFACE, d.surface = &s, "desc.surface->width is 1; it must be 2..4096");
+    s.width = 2;
+    s.height = 4097;
+    REFUSES(LSAMP_LIGHT_SURFACE, d.surface = &s, "desc.surface->height is 4097; it must be 2..4096");
+}
+
 static void a_mesh_that_cannot_shine_says_why(void **state)
 {
     lsamp_mesh m, good;
@@ -402,6 +419,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_field_of_any_light_is_named),
         cmocka_unit_test(a_field_of_one_kind_of_light_is_named),
+        cmocka_unit_test(a_surface_and_a_filter_are_named),
         cmocka_unit_test(a_mesh_that_cannot_shine_says_why),
         cmocka_unit_test(memory_and_pointers_are_named),
         cmocka_unit_test(arrays_and_strides_of_points_are_named),
