@@ -525,6 +525,63 @@ static void batches_equal_single_queries_and_simd_equals_scalar(void **state)
     model_free(&m);
 }
 
+/* Directions ask latitude-longitude maps in steps, in which PCF finds places once for sixteen pixels. One by one, as
+   the header's core has it, the answers have the same bits: also at the poles, at the seam, on borders of cells and of
+   pixels, and for what is not finite. */
+static void pcf_in_steps_is_pcf_one_by_one(void **state)
+{
+    enum { N = 3000 };
+    static const float edge[10] = { 0.0f, -0.0f, 1.0f, -1.0f, 0.5f, 1e-42f, 1e30f, (float)NAN, (float)INFINITY,
+                                    (float)-INFINITY };
+    static float p[N][3], l[N][3], v[N];
+    static cohsm__tile t;
+    model m = model_soup(200, 0.4, 6);
+    uint64_t seed = 92;
+    size_t begin, i, partial = 0, dark = 0;
+    int order, one;
+    (void)state;
+    for (i = 0; i < N; i++) {
+        rnd_direction(&seed, l[i]);
+        rnd_direction(&seed, p[i]);
+        if (i % 5 == 1) l[i][rnd_below(&seed, 3)] = edge[rnd_below(&seed, 10)];
+        if (i % 7 == 1) p[i][rnd_below(&seed, 3)] = edge[rnd_below(&seed, 10)];
+        if (i % 41 == 2) l[i][0] = l[i][2] = 0;                     /* a pole */
+        if (i % 41 == 3) l[i][0] = -1, l[i][2] = i % 2 ? 1e-8f : -1e-8f;
+    }
+    for (order = 0; order < 8; order++)
+        for (one = 0; one < 2; one++) {
+            cohsm_desc d = desc_of(COHSM_DOMAIN_LATLONG, 8 + (uint32_t)order, 16);
+            cohsm_query q = query_of(p[0], N, l[0], COHSM_LIGHT_DIRECTION, COHSM_FILTER_PCF);
+            cohsm_query full;
+            cohsm_maps *maps;
+            d.order = (cohsm_order)(1 + order % 4);
+            d.orientation = order / 4 ? COHSM_ORIENTATION_TWO_POLES : COHSM_ORIENTATION_POLAR;
+            if (order == 5) d.pixel_begin = 40, d.pixel_end = 200;
+            maps = build(&d, &m);
+            q.one_light = one;
+            assert_int_equal(cohsm_visible(maps, &q, v, NULL), COHSM_OK);
+            full = cohsm__complete_query(&q);
+            cohsm__tile_start(&t, &full, maps, 0);
+            for (begin = 0; begin < N; begin += t.count) {
+                t.count = N - begin < COHSM__TILE ? N - begin : (size_t)COHSM__TILE;
+                for (i = 0; i < t.count; i++) t.id[i] = begin + i;
+                cohsm__load_tile(&t, NULL);
+                for (i = 0; i < t.count; i++) {
+                    t.visible[i] = 1;
+                    cohsm__address(&t, i);
+                    if (memcmp(&t.visible[i], &v[begin + i], sizeof v[0]) != 0)
+                        fail_msg("order %d, one light %d, point %d: one by one %.9g, in steps %.9g", order, one,
+                                 (int)(begin + i), (double)t.visible[i], (double)v[begin + i]);
+                    partial += v[begin + i] > 0 && v[begin + i] < 1;
+                    dark += !(v[begin + i] > 0);
+                }
+            }
+            cohsm_free(maps);
+        }
+    assert_true(partial > 1000 && dark > 1000);
+    model_free(&m);
+}
+
 /* A light of no known place gives 1, not a refusal. */
 static void lights_that_are_not_finite_give_1(void **state)
 {
@@ -688,6 +745,7 @@ int main(void)
         cmocka_unit_test(a_plane_hides_its_solid_angle_and_a_closed_box_all),
         cmocka_unit_test(t71_convex_objects_do_not_shadow_themselves_at_bias_0),
         cmocka_unit_test(batches_equal_single_queries_and_simd_equals_scalar),
+        cmocka_unit_test(pcf_in_steps_is_pcf_one_by_one),
         cmocka_unit_test(lights_that_are_not_finite_give_1),
         cmocka_unit_test(directions_find_their_cells),
         cmocka_unit_test(scenes_multiply_their_objects),
