@@ -854,6 +854,20 @@ static void shards_of_more_than_65536_views_merge(void **state)
     model_free(&m);
 }
 
+/* Views of a column go through the clusters that one of them may see, a slab of 16 after the other in stretches of 512:
+   this mesh has more than one stretch, and a shard's rows see parts of it. */
+static void shards_of_many_clusters_merge(void **state)
+{
+    static const uint32_t cuts[4] = { 0, 200, 331, 576 };
+    model m = model_sphere(96, 48, 0.3);
+    cohsm_desc d = desc_of(COHSM_DOMAIN_LATLONG, 9, 24);
+    (void)state;
+    assert_true(mesh_of(&m).index_count / 3 > 512 * 16);
+    d.order = COHSM_ORDER_HILBERT;
+    shards_join(&d, &m, cuts, 3);
+    model_free(&m);
+}
+
 static void the_intrinsic_rasteriser_equals_the_portable_one(void **state)
 {
     uint64_t seed = 8;
@@ -1213,6 +1227,7 @@ int main(void)
         cmocka_unit_test(bytes_do_not_depend_on_threads),
         cmocka_unit_test(merged_shards_are_the_unsharded_bytes),
         cmocka_unit_test(shards_of_more_than_65536_views_merge),
+        cmocka_unit_test(shards_of_many_clusters_merge),
         cmocka_unit_test(the_intrinsic_rasteriser_equals_the_portable_one),
         cmocka_unit_test(the_rasteriser_agrees_with_rays),
         cmocka_unit_test(peak_memory_is_as_documented),
