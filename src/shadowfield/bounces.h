@@ -21,20 +21,33 @@ typedef struct sfield__facet {                  /* a triangle */
     uint32_t patch;
 } sfield__facet;
 
+/* Writes the corners of a triangle. Returns the greatest of their coordinates without its sign; a negative
+   number if a build leaves the triangle out since they are not finite, or too far away. */
+static float sfield__facet_corners(const sfield_mesh *mesh, size_t t, sfield__v3 *v)
+{
+    const size_t stride = mesh->vertex_stride ? mesh->vertex_stride : 12;
+    float most = 0;
+    uint32_t k, i;
+    for (k = 0; k < 3; k++) {
+        const float *p = sfield__vertex(mesh, stride, sfield__mesh_index(mesh, 3 * t + k));
+        for (i = 0; i < 3; i++) {
+            if (!sfield__finite(p[i]) || !(fabsf(p[i]) < 1e18f)) return -1;
+            most = fabsf(p[i]) > most ? fabsf(p[i]) : most;
+        }
+        v[k] = sfield__v3_load(p);
+    }
+    return most;
+}
+
 /* Reads a triangle. Returns its area, 0 if it cannot be used. */
 static double sfield__read_facet(const sfield_mesh *mesh, size_t t, float r, sfield__facet *out)
 {
-    const size_t stride = mesh->vertex_stride ? mesh->vertex_stride : 12;
     sfield__v3 v[3], n, middle;
-    const float unit = 1 / r;
     double size;
     uint32_t k;
     memset(out, 0, sizeof *out);
-    for (k = 0; k < 3; k++) {
-        const float *p = sfield__vertex(mesh, stride, sfield__mesh_index(mesh, 3 * t + k));
-        if (!sfield__finite(p[0]) || !sfield__finite(p[1]) || !sfield__finite(p[2])) return 0;
-        v[k] = sfield__v3_scale(sfield__v3_load(p), unit);
-    }
+    if (sfield__facet_corners(mesh, t, v) < 0) return 0;
+    for (k = 0; k < 3; k++) v[k] = sfield__v3_scale(v[k], 1 / r);
     n = sfield__v3_cross(sfield__v3_sub(v[1], v[0]), sfield__v3_sub(v[2], v[0]));
     size = sqrt((double)sfield__v3_dot(n, n));
     if (!(size > 0)) return 0;
@@ -129,10 +142,15 @@ static void sfield__place_patches(sfield_bounce *b, const sfield__facet *facets,
     }
 }
 
+static sfield_result sfield__fail_memory(const sfield__logger *log)
+{
+    return sfield__fail(log, SFIELD_ERR_ALLOC, "desc.system.allocator", "returned no memory");
+}
+
 /* Builds the source fields of all patches as one whose frames they are. */
 static sfield_result sfield__build_transport(sfield_bounce *b, const sfield_desc *desc,
                                              const sfield_mesh *mesh, const sfield__facet *facets,
-                                             size_t count)
+                                             size_t count, const sfield__logger *log)
 {
     const uint32_t frames = (b->patches + 2) / 3;
     sfield_desc d = *desc;
@@ -146,7 +164,7 @@ static sfield_result sfield__build_transport(sfield_bounce *b, const sfield_desc
     radiance = sfield__mul_size(count, frames, &cells)
                    ? (float *)sfield__alloc_array(&b->allocator, cells, 3 * sizeof *radiance)
                    : NULL;
-    if (!radiance) return SFIELD_ERR_ALLOC;
+    if (!radiance) return sfield__fail_memory(log);
     memset(radiance, 0, 3 * cells * sizeof *radiance);
     for (i = 0; i < count; i++)
         radiance[3 * (facets[i].patch / 3 * count + i) + facets[i].patch % 3] = facets[i].area > 0 ? 1.0f : 0;
@@ -161,13 +179,11 @@ static sfield_result sfield__make_room(sfield_bounce *b, const sfield__logger *l
 {
     const size_t samples = 6 * (size_t)b->transport->h.position_side * b->transport->h.position_side;
     sfield__header h = b->transport->h;
-    sfield_result result;
     h.samples /= h.frames;
     h.frames = 1;
     b->values = (float *)sfield__alloc_array(&b->allocator, samples * h.stride, sizeof *b->values);
-    if (!b->values) return SFIELD_ERR_ALLOC;
-    result = sfield__alloc_field(&b->allocator, log, &h, &b->source);
-    if (result != SFIELD_OK) return result;
+    if (!b->values || sfield__alloc_field(&b->allocator, log, &h, &b->source) != SFIELD_OK)
+        return sfield__fail_memory(log);
     memset(b->light, 0, 3 * b->patches * sizeof *b->light);
     memcpy(b->source->words + SFIELD__HEADER, b->transport->radii, h.shells * sizeof *b->transport->radii);
     sfield__bind_shells(b->source);
@@ -216,12 +232,12 @@ static void sfield__fill_source(sfield_bounce *b)
 }
 
 /* Allocates the patches, once it is known how many there are. */
-static sfield_result sfield__make_patches(sfield_bounce *b)
+static sfield_result sfield__make_patches(sfield_bounce *b, const sfield__logger *log)
 {
     const size_t points = (size_t)b->patches * SFIELD__PATCH_POINTS;
     b->albedo = (float *)sfield__alloc_array(&b->allocator, 6 * points + 6 * (size_t)b->patches,
                                              sizeof *b->albedo);
-    if (!b->albedo) return SFIELD_ERR_ALLOC;
+    if (!b->albedo) return sfield__fail_memory(log);
     b->light = b->albedo + 3 * (size_t)b->patches;
     b->positions = b->light + 3 * (size_t)b->patches;
     b->normals = b->positions + 3 * points;
@@ -234,23 +250,27 @@ static sfield_result sfield__fill_bounce(sfield_bounce *b, const sfield_desc *de
 {
     const size_t count = sfield__mesh_corners(mesh) / 3;
     float r = 0;
-    sfield_result result;
+    double area = 0;
+    sfield_result result = SFIELD_OK;
     sfield__facet *facets =
         (sfield__facet *)sfield__alloc_array(&b->allocator, count, sizeof *facets);
-    size_t i, k;
-    if (!facets) return SFIELD_ERR_ALLOC;
-    for (i = 0; i < mesh->vertex_count; i++)
-        for (k = 0; k < 3; k++) {
-            const float x = fabsf(sfield__vertex(mesh, mesh->vertex_stride ? mesh->vertex_stride : 12, i)[k]);
-            r = sfield__finite(x) && x > r ? x : r;
-        }
+    size_t i;
+    if (!facets) return sfield__fail_memory(log);
+    for (i = 0; i < count; i++) {       /* vertices that no triangle has do not count */
+        sfield__v3 v[3];
+        const float most = sfield__facet_corners(mesh, i, v);
+        r = most > r ? most : r;
+    }
     r = r > 1e-18f ? r : 1.0f;
-    for (i = 0; i < count; i++) (void)sfield__read_facet(mesh, i, r, &facets[i]);
-    b->patches = sfield__cut_patches(facets, count, patch_count);
-    result = sfield__make_patches(b);
+    for (i = 0; i < count; i++) area += sfield__read_facet(mesh, i, r, &facets[i]);
+    if (!(area > 0)) result = sfield__fail(log, SFIELD_ERR_INPUT, "mesh", "has no triangle with an area");
+    if (result == SFIELD_OK) {
+        b->patches = sfield__cut_patches(facets, count, patch_count);
+        result = sfield__make_patches(b, log);
+    }
     if (result == SFIELD_OK) {
         sfield__place_patches(b, facets, count, albedo, r);
-        result = sfield__build_transport(b, desc, mesh, facets, count);
+        result = sfield__build_transport(b, desc, mesh, facets, count, log);
     }
     if (result == SFIELD_OK) result = sfield__make_room(b, log);
     if (result == SFIELD_OK) sfield__fill_source(b);
@@ -294,7 +314,7 @@ SFIELD_DEF sfield_result sfield_bounce_create(const sfield_desc *desc, const sfi
     if (result != SFIELD_OK) return result;
     a = sfield__allocator_of(&d.system);
     b = (sfield_bounce *)sfield__alloc(&a, sizeof *b);
-    if (!b) return sfield__fail(&log, SFIELD_ERR_ALLOC, "desc.system.allocator", "returned no memory");
+    if (!b) return sfield__fail_memory(&log);
     memset(b, 0, sizeof *b);
     b->allocator = a;
     result = sfield__fill_bounce(b, &d, mesh, albedo, patch_count ? patch_count : 24, &log);
@@ -340,7 +360,7 @@ SFIELD_DEF sfield_result sfield_bounce_update(sfield_bounce *bounce, const float
             float sum = 0;
             for (k = 0; k < SFIELD__PATCH_POINTS; k++) {
                 const float x = rgb[3 * ((size_t)p * SFIELD__PATCH_POINTS + k) + c];
-                sum += x > 0 ? (x < 1e18f ? x : 1e18f) : 0;
+                sum += sfield__finite(x) && x > 0 ? (x < 1e18f ? x : 1e18f) : 0;
             }
             bounce->light[3 * p + c] = bounce->albedo[3 * p + c] * sum / (float)SFIELD__PATCH_POINTS;
         }

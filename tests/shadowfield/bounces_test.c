@@ -244,6 +244,7 @@ static void listen(void *user, const char *message)
 
 static void bad_bounces_are_refused_and_nothing_leaks(void **state)
 {
+    static const float line[9] = { 0, 0, 0, 1, 0, 0, 2, 0, 0 };
     model m = model_plate(1);
     sfield_mesh mesh = mesh_of(&m);
     float *albedo = albedo_of(&m, 0.5f, 0.5f, 0.5f);
@@ -273,14 +274,22 @@ static void bad_bounces_are_refused_and_nothing_leaks(void **state)
     m.i[4] = 1000;
     assert_int_equal(sfield_bounce_create(&d, &mesh, albedo, 0, &b), SFIELD_ERR_INPUT);
     m.i[4] = 9;
+    mesh.positions = line;
+    mesh.indices = NULL;
+    mesh.vertex_count = 3;
+    assert_int_equal(sfield_bounce_create(&d, &mesh, albedo, 0, &b), SFIELD_ERR_INPUT);
+    assert_non_null(strstr(said, "mesh has no triangle with an area"));
+    mesh = mesh_of(&m);
     assert_null(b);
     d.system.allocator = counting_allocator(&c);
     for (fail = 1; result != SFIELD_OK; fail++) {
         assert_true(fail < 60);
         c.calls = 0;
         c.fail_at = fail;
+        said[0] = 0;
         result = sfield_bounce_create(&d, &mesh, albedo, 7, &b);
         assert_true(result == SFIELD_OK || (result == SFIELD_ERR_ALLOC && c.now == 0 && !b));
+        assert_true(result == SFIELD_OK || strstr(said, "desc.system.allocator returned no memory"));
     }
     assert_true(fail > 6);
     assert_int_equal(sfield_bounce_update(NULL, albedo), SFIELD_ERR_ARGUMENT);
@@ -295,7 +304,8 @@ static void bad_bounces_are_refused_and_nothing_leaks(void **state)
     model_free(&m);
 }
 
-/* Two triangles are two patches, however many are asked for; what cannot be used is none. */
+/* Two triangles are two patches, however many are asked for; what cannot be used is none, and a vertex of no triangle
+   changes nothing, wherever it lies. */
 static void few_triangles_are_few_patches(void **state)
 {
     model m = model_alloc(6, 3);
@@ -307,13 +317,14 @@ static void few_triangles_are_few_patches(void **state)
     uint32_t i;
     (void)state;
     m.p[0] = m.p[7] = m.p[11] = 1;              /* 1 0 0, 0 0 0, 0 1 0 and 0 0 1: two triangles, and one of one point */
+    m.p[15] = 1e20f;
     for (i = 0; i < 9; i++) m.i[i] = i < 3 ? i : i < 6 ? (i == 3 ? 0 : i == 4 ? 2 : 3) : 1;
     assert_int_equal(sfield_bounce_create(&d, &mesh, albedo, 24, &b), SFIELD_OK);
     sfield_bounce_points(b, &points);
     assert_int_equal(points.count, 8);
     sfield_query(sfield_bounce_source(b), 1, p, 0, c);
     for (i = 0; i < 48; i++) assert_true(c[i] == 0);                  /* dark, before it gets light */
-    for (i = 0; i < 24; i++) rgb[i] = i % 2 ? NAN : -1;
+    for (i = 0; i < 24; i++) rgb[i] = i % 3 == 0 ? NAN : i % 3 == 1 ? INFINITY : -1;
     assert_int_equal(sfield_bounce_update(b, rgb), SFIELD_OK);
     sfield_query(sfield_bounce_source(b), 1, p, 0, c);
     for (i = 0; i < 48; i++) assert_true(c[i] == 0);
