@@ -164,6 +164,8 @@ static float sfield__choose_radii(const sfield__build *b, sfield__profile *q, fl
         if (sfield__step_outwards(b, q, bound, most) > most) return -1;
         return sfield__find_worst(b, q, &where);
     }
+    /* few uniform shells of a source may err by many times its light */
+    for (; sfield__step_outwards(b, q, high, most) > most && high < 1e30f; low = high, high *= 1024) { }
     for (i = 0; i < 22; i++) {
         const float middle = sqrtf(low * high);
         if (sfield__step_outwards(b, q, middle, most) > most) low = middle;

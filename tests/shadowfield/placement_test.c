@@ -203,6 +203,27 @@ static void emitters_are_placed_by_the_light_that_they_have(void **state)
     sfield_free(f);
 }
 
+/* Two shells are the first and the last, even where the paper's spacing errs by ten times the light between them. */
+static void two_shells_of_a_source_end_at_the_outer_radius(void **state)
+{
+    sfield_desc d;
+    sfield_emitter e;
+    sfield_placement p;
+    (void)state;
+    memset(&d, 0, sizeof d);
+    memset(&e, 0, sizeof e);
+    memset(&p, 0, sizeof p);
+    e.radius = 1;
+    e.radiance[0] = 1;
+    d.spacing = SFIELD_SPACING_UNIFORM;
+    d.shell_count = 2;
+    d.position_side = 4;
+    d.outer = 100;
+    assert_int_equal(sfield_place(&d, NULL, &e, 0, &p), SFIELD_OK);
+    print_message("two uniform shells of a ball that shines err by %.1f\n", (double)p.between);
+    assert_true(p.shell_count == 2 && p.radii[0] == 0.2f && p.radii[1] == 100 && p.between > 4);
+}
+
 static char said[256];
 static int calls;
 static void listen(void *user, const char *message)
@@ -276,6 +297,7 @@ int main(void)
         cmocka_unit_test(a_bound_is_kept_between_the_places_that_were_measured),
         cmocka_unit_test(placed_shells_err_less_than_the_papers_at_equal_memory),
         cmocka_unit_test(emitters_are_placed_by_the_light_that_they_have),
+        cmocka_unit_test(two_shells_of_a_source_end_at_the_outer_radius),
         cmocka_unit_test(bad_placements_are_refused),
     };
     return cmocka_run_group_tests(tests, look, NULL);
