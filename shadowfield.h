@@ -12,8 +12,8 @@
 
    What it does not do
 
-   - Objects are rigid. Light bounces once, from body to body, if you ask for it. Points are shaded: your
-     vertices, probes or pixels.
+   - Objects are rigid. Light bounces from body to body, once a frame, if you ask for it. Points are shaded:
+     your vertices, probes or pixels.
    - Four bands of harmonics blur everything finer than about 45 degrees; small lights need wavelets.
    - The header renders no pictures, opens no files and starts no threads.
 
@@ -420,8 +420,8 @@ typedef struct sfield_desc {        /* zero it, then set what you care about */
     float          outer;           /* radius of the last shell, in the same unit, 1.1 inner..1000; 0 = 8
                                        (wavelets 20). Neighbouring shells must be 0.02 % apart at least */
     const float   *radii;           /* shell_count radii in place of those from inner to outer, which are not
-                                       used then: rising by 0.02 % at least, 0.001..1000. sfield_place
-                                       chooses such. NULL = as spacing says */
+                                       used then, in the same unit: 0.001..1000, each 0.02 % above the one
+                                       before at least. sfield_place chooses such. NULL = as spacing says */
     float          keep;            /* of wavelets: the share of a cube's coefficients that is kept at most,
                                        0..1; 0 = 0.01 */
     float          window;          /* of harmonics: the strength of sfield_sh_window for every cube, 0..1e6;
@@ -481,7 +481,8 @@ typedef enum sfield_emitter_kind {  /* the shape of an analytic light */
     SFIELD_EMITTER_LINE,            /* a line about the centre, from -u to u, of no width. Its radiance is in
                                        W/(sr m): that of a thin tube times the diameter of the tube */
     SFIELD_EMITTER_CYLINDER,        /* a lamp tube: the side of a cylinder of `radius` about the centre, from
-                                       -u to u. Its ends are open, and its inside is dark */
+                                       -u to u. Whoever looks into an open end sees the dark; points within
+                                       the tube see light all round, as those within a sphere do */
     SFIELD_EMITTER_CALLBACK,        /* whatever view_fn says. Directions that miss the bounding sphere are not
                                        asked */
     SFIELD_EMITTER_COUNT
@@ -565,17 +566,24 @@ SFIELD_DEF sfield_result sfield_place(const sfield_desc *desc, const sfield_mesh
                                       const sfield_emitter *emitter, float bound, sfield_placement *out);
 /* Chooses the sample points of a field by the error of interpolation that it measures: what queries would
    interpolate beside what is seen, from 26 directions at 129 distances, and in 24 squares of each shell. Give
-   the same desc with these values to sfield_build or sfield_build_emitter.
-   desc     as for the build, NULL = all defaults. Shells lie from inner to outer. shell_count is the most
-            that may be used (0: 64 with a bound), and a position_side that is not 0 is kept
+   the same desc with these values to sfield_build or sfield_build_emitter. Errors leave out what 8 bits or
+   `keep` lose. With wavelets they are those of means over 8 x 8 squares a face.
+   desc     as for the build, NULL = all defaults. Shells lie from inner to outer, or from the first to the
+            last of desc.radii. shell_count is the most that may be used (0: 64 with a bound), and a
+            position_side that is not 0 is kept. Points inside a mesh take their view from its surface, which
+            jumps from point to point: with a bound set inner to 1 or more
    mesh     of an occlusion field, or NULL; one of mesh and emitter is given
+   emitter  of a source field, or NULL. A function is asked at time 0 only
    bound    0..1, of the sum of both errors, half of it for each. They are RMS over all directions, at the
-            worst distance: of visibility, or of a source's radiance divided by the RMS of that. 0 = no bound:
-            desc.shell_count shells (0: as for a build) are placed so that they err least
-   Errors   as sfield_build; SFIELD_ERR_ARGUMENT also for the bound, SFIELD_ERR_LIMIT also if the bound needs
-            more shells or points than there may be
-   Cost     3,354 views, and 120 for each shell and each position_side that is tried. Memory: as a build, and
-            0.3 MB (harmonics of 4 bands) to 16 MB */
+            worst distance: of visibility (or its logarithm, if that is stored), or of a source's radiance
+            divided by the RMS of that. 0 = no bound: desc.shell_count shells (0: as for a build) are placed
+            so that they err least
+   out      written on SFIELD_OK only
+   Errors   as sfield_build; SFIELD_ERR_ARGUMENT also for the bound and if mesh and emitter are both given or
+            both NULL, SFIELD_ERR_LIMIT also if the bound needs more shells or points than there may be
+   Cost     3,354 views, and 120 for each shell and each position_side that is tried; then, without a bound,
+            up to 180,000 comparisons of 26 views, on one thread. Memory: as a build, and 0.3 MB (harmonics of
+            4 bands) to 16 MB */
 
 SFIELD_DEF sfield_result sfield_merge(const sfield_field *const *shards, size_t count,
                                       const sfield_system *system, sfield_field **out);
@@ -704,8 +712,9 @@ typedef struct sfield_scene_stats { /* what sfield_shade counted */
     uint32_t rooms;                 /* those of them whose light lies in the object's convex hull, by its
                                        field: the object is taken for a convex room, which hides the light
                                        from no point in the hull, and may from all others. In a hollow that is
-                                       not convex light goes through corners. None of logarithms,
-                                       nor where `overlaps` is above 65,536 */
+                                       not convex light goes through corners. Objects whose fields hold
+                                       logarithms are no rooms, and there are none where `overlaps` is above
+                                       65,536 */
 } sfield_scene_stats;
 
 SFIELD_DEF sfield_result sfield_scene_turn(sfield_scene *scene, const float to_world[16]);
@@ -761,7 +770,9 @@ SFIELD_DEF size_t sfield_cache_bytes(const sfield_cache *cache);
 SFIELD_DEF sfield_result sfield_incident(sfield_scene *scene, const sfield_points *set, float *coefs);
 /* Computes the radiance that arrives at points, as coefficients, for materials of your own. Entities are
    taken from far to near, so that occluders which several lights have in common are applied once (section
-   3.2).
+   3.2). So each light has one place in the order of all occluders, and a room (sfield_scene_stats.rooms)
+   hides the light in it where another occluder lies behind the room's centre and before the light, which
+   sfield_shade gets right.
    set      the arrays for results are not written; normals must be there, but all directions count, whatever
             the normal. Self-visibility and BRDF are not applied
    coefs    bands^2 coefficients of r, then of g, then of b for each point, in world space
@@ -984,18 +995,21 @@ SFIELD_DEF sfield_result sfield_bounce_create(const sfield_desc *desc, const sfi
                                               const float *albedo, uint32_t patch_count, sfield_bounce **out);
 /* Cuts the surface of a body into patches and builds a source field of each, once for each body. Then, in
    each frame: shade the points of all bodies, give each body its results (sfield_bounce_update), let its
-   entity have the source (sfield_bounce_source, tint 1 1 1), and shade what is to be seen. If the entities
-   had the sources of the last frame when the points were shaded, each frame adds a bounce.
-   desc         as for the body's occlusion field; harmonics, of visibility. Eight shells of 8 x 8 points a
-                side do: what bodies send on is soft
+   entity have the source (sfield_bounce_source, tint 1 1 1), and shade what is to be seen. The body's own
+   points are not lit by its source. If the entities had the sources of the last frame when the points were
+   shaded, each frame adds a bounce; for one bounce alone give the scene entities without these sources first.
+   desc         as for the body's occlusion field; harmonics, of visibility. A shell_count and position_side
+                of 8 are enough, since what bodies send on is soft. Frames and shards are not read
    mesh         the body. Light leaves the side from which corners are counter-clockwise. A triangle belongs
                 to one patch: what is large has to be cut
    albedo       r, g, b of each triangle, 0..1
    patch_count  1..192; 0 = 24. There may be fewer, if triangles are few
+   out          written on SFIELD_OK only; sfield_bounce_free takes the bounce back
    Errors       as sfield_build_emissive; SFIELD_ERR_ARGUMENT also for patch_count and NULL, SFIELD_ERR_INPUT
-                for an albedo, SFIELD_ERR_DESC also for wavelets and logarithms
+                for an albedo and for a mesh without an area, SFIELD_ERR_DESC also for wavelets and logarithms
    Cost         a source field for every three patches, in time and memory: for each patch shells x
-                6 side^2 x bands^2 bytes */
+                6 side^2 x n bytes, with n = bands^2 filled up to a multiple of 8. Beside them the source,
+                which is as large as three patches, and 72 side^2 x n bytes */
 
 SFIELD_DEF void sfield_bounce_free(sfield_bounce *bounce);
 /* Takes back a body's patches and their source. Accepts NULL. */
@@ -1006,14 +1020,17 @@ SFIELD_DEF void sfield_bounce_points(const sfield_bounce *bounce, sfield_points 
    itself. If bounce or out is NULL, nothing is written. */
 
 SFIELD_DEF sfield_result sfield_bounce_update(sfield_bounce *bounce, const float *rgb);
-/* Makes the source of the body from the light that it gets.
-   rgb      results of sfield_shade for the points, 3 floats each; what is negative or not finite counts as 0
+/* Makes the source of the body from the light that it gets, on this thread. No other thread may shade a scene
+   that has the source meanwhile, since the same field is rewritten.
+   rgb      results of sfield_shade for the points, 3 floats each; what is negative or not finite counts as
+            0, what is above 1e18 as 1e18
    Errors   SFIELD_ERR_ARGUMENT (NULL)
    Cost     for each patch about that of copying its part of the field */
 
 SFIELD_DEF const sfield_field *sfield_bounce_source(const sfield_bounce *bounce);
-/* Returns the source field, dark before sfield_bounce_update, which rewrites the same field; NULL for NULL.
-   Call sfield_scene_entities afterwards, so that caches notice. */
+/* Returns the source field, dark before the first sfield_bounce_update; NULL for NULL. It belongs to the
+   bounce: do not free it. The pointer stays the same. Call sfield_scene_entities after each update, so that
+   caches notice. */
 #endif
 
 /* ==== src/shadowfield/begin.h ==== */
@@ -11927,7 +11944,9 @@ static void sfield__hide_texels(sfield__point *p, uint32_t map)
 
 /* ---- wavelets: lights inside of what hides ---- */
 
-/* Takes a room behind the light that it holds. Lights that it does not hold stay behind it. */
+/* Takes a room behind the light that it holds. Lights that it does not hold stay behind it. The list has one
+   order for all lights: these then lie behind the occluders between the room and the light that it holds,
+   too. */
 static void sfield__take_behind(const sfield_scene *s, sfield__ray *ray, uint32_t room, uint32_t light)
 {
     const uint32_t item = ray[room].item;
@@ -11940,7 +11959,9 @@ static void sfield__take_behind(const sfield_scene *s, sfield__ray *ray, uint32_
     }
 }
 
-/* Orders rooms and the lights in them as x sees them, among the `count` entities of a point. */
+/* Orders rooms and the lights in them as x sees them, among the `count` entities of a point. A light that is
+   seen from outside of its room goes behind all that is nearer than the room's centre; harmonics, whose masks
+   are those of one light each, hide it by the room alone. */
 static void sfield__order_rooms(const sfield__point *p, const float *x, uint32_t count)
 {
     const sfield_scene *s = p->s;
@@ -11961,7 +11982,7 @@ static void sfield__order_rooms(const sfield__point *p, const float *x, uint32_t
     }
 }
 
-/* Returns whether any light lies in the room that a set's points lie on, beside their self-visibility. */
+/* Returns whether points have a self-visibility and lie on an object that is a room for some light. */
 static int sfield__has_home(const sfield_scene *s, const sfield_points *set)
 {
     return set->entity && set->self && s->item[set->entity - 1].holds;

@@ -33,8 +33,8 @@ typedef struct sfield_desc {        /* zero it, then set what you care about */
     float          outer;           /* radius of the last shell, in the same unit, 1.1 inner..1000; 0 = 8
                                        (wavelets 20). Neighbouring shells must be 0.02 % apart at least */
     const float   *radii;           /* shell_count radii in place of those from inner to outer, which are not
-                                       used then: rising by 0.02 % at least, 0.001..1000. sfield_place
-                                       chooses such. NULL = as spacing says */
+                                       used then, in the same unit: 0.001..1000, each 0.02 % above the one
+                                       before at least. sfield_place chooses such. NULL = as spacing says */
     float          keep;            /* of wavelets: the share of a cube's coefficients that is kept at most,
                                        0..1; 0 = 0.01 */
     float          window;          /* of harmonics: the strength of sfield_sh_window for every cube, 0..1e6;
@@ -94,7 +94,8 @@ typedef enum sfield_emitter_kind {  /* the shape of an analytic light */
     SFIELD_EMITTER_LINE,            /* a line about the centre, from -u to u, of no width. Its radiance is in
                                        W/(sr m): that of a thin tube times the diameter of the tube */
     SFIELD_EMITTER_CYLINDER,        /* a lamp tube: the side of a cylinder of `radius` about the centre, from
-                                       -u to u. Its ends are open, and its inside is dark */
+                                       -u to u. Whoever looks into an open end sees the dark; points within
+                                       the tube see light all round, as those within a sphere do */
     SFIELD_EMITTER_CALLBACK,        /* whatever view_fn says. Directions that miss the bounding sphere are not
                                        asked */
     SFIELD_EMITTER_COUNT
@@ -178,17 +179,24 @@ SFIELD_DEF sfield_result sfield_place(const sfield_desc *desc, const sfield_mesh
                                       const sfield_emitter *emitter, float bound, sfield_placement *out);
 /* Chooses the sample points of a field by the error of interpolation that it measures: what queries would
    interpolate beside what is seen, from 26 directions at 129 distances, and in 24 squares of each shell. Give
-   the same desc with these values to sfield_build or sfield_build_emitter.
-   desc     as for the build, NULL = all defaults. Shells lie from inner to outer. shell_count is the most
-            that may be used (0: 64 with a bound), and a position_side that is not 0 is kept
+   the same desc with these values to sfield_build or sfield_build_emitter. Errors leave out what 8 bits or
+   `keep` lose. With wavelets they are those of means over 8 x 8 squares a face.
+   desc     as for the build, NULL = all defaults. Shells lie from inner to outer, or from the first to the
+            last of desc.radii. shell_count is the most that may be used (0: 64 with a bound), and a
+            position_side that is not 0 is kept. Points inside a mesh take their view from its surface, which
+            jumps from point to point: with a bound set inner to 1 or more
    mesh     of an occlusion field, or NULL; one of mesh and emitter is given
+   emitter  of a source field, or NULL. A function is asked at time 0 only
    bound    0..1, of the sum of both errors, half of it for each. They are RMS over all directions, at the
-            worst distance: of visibility, or of a source's radiance divided by the RMS of that. 0 = no bound:
-            desc.shell_count shells (0: as for a build) are placed so that they err least
-   Errors   as sfield_build; SFIELD_ERR_ARGUMENT also for the bound, SFIELD_ERR_LIMIT also if the bound needs
-            more shells or points than there may be
-   Cost     3,354 views, and 120 for each shell and each position_side that is tried. Memory: as a build, and
-            0.3 MB (harmonics of 4 bands) to 16 MB */
+            worst distance: of visibility (or its logarithm, if that is stored), or of a source's radiance
+            divided by the RMS of that. 0 = no bound: desc.shell_count shells (0: as for a build) are placed
+            so that they err least
+   out      written on SFIELD_OK only
+   Errors   as sfield_build; SFIELD_ERR_ARGUMENT also for the bound and if mesh and emitter are both given or
+            both NULL, SFIELD_ERR_LIMIT also if the bound needs more shells or points than there may be
+   Cost     3,354 views, and 120 for each shell and each position_side that is tried; then, without a bound,
+            up to 180,000 comparisons of 26 views, on one thread. Memory: as a build, and 0.3 MB (harmonics of
+            4 bands) to 16 MB */
 
 SFIELD_DEF sfield_result sfield_merge(const sfield_field *const *shards, size_t count,
                                       const sfield_system *system, sfield_field **out);

@@ -40,8 +40,9 @@ typedef struct sfield_scene_stats { /* what sfield_shade counted */
     uint32_t rooms;                 /* those of them whose light lies in the object's convex hull, by its
                                        field: the object is taken for a convex room, which hides the light
                                        from no point in the hull, and may from all others. In a hollow that is
-                                       not convex light goes through corners. None of logarithms,
-                                       nor where `overlaps` is above 65,536 */
+                                       not convex light goes through corners. Objects whose fields hold
+                                       logarithms are no rooms, and there are none where `overlaps` is above
+                                       65,536 */
 } sfield_scene_stats;
 
 SFIELD_DEF sfield_result sfield_scene_turn(sfield_scene *scene, const float to_world[16]);
@@ -97,7 +98,9 @@ SFIELD_DEF size_t sfield_cache_bytes(const sfield_cache *cache);
 SFIELD_DEF sfield_result sfield_incident(sfield_scene *scene, const sfield_points *set, float *coefs);
 /* Computes the radiance that arrives at points, as coefficients, for materials of your own. Entities are
    taken from far to near, so that occluders which several lights have in common are applied once (section
-   3.2).
+   3.2). So each light has one place in the order of all occluders, and a room (sfield_scene_stats.rooms)
+   hides the light in it where another occluder lies behind the room's centre and before the light, which
+   sfield_shade gets right.
    set      the arrays for results are not written; normals must be there, but all directions count, whatever
             the normal. Self-visibility and BRDF are not applied
    coefs    bands^2 coefficients of r, then of g, then of b for each point, in world space

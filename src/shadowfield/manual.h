@@ -12,8 +12,8 @@
 
    What it does not do
 
-   - Objects are rigid. Light bounces once, from body to body, if you ask for it. Points are shaded: your
-     vertices, probes or pixels.
+   - Objects are rigid. Light bounces from body to body, once a frame, if you ask for it. Points are shaded:
+     your vertices, probes or pixels.
    - Four bands of harmonics blur everything finer than about 45 degrees; small lights need wavelets.
    - The header renders no pictures, opens no files and starts no threads.
 

@@ -1,6 +1,8 @@
 /* ---- wavelets: lights inside of what hides ---- */
 
-/* Takes a room behind the light that it holds. Lights that it does not hold stay behind it. */
+/* Takes a room behind the light that it holds. Lights that it does not hold stay behind it. The list has one
+   order for all lights: these then lie behind the occluders between the room and the light that it holds,
+   too. */
 static void sfield__take_behind(const sfield_scene *s, sfield__ray *ray, uint32_t room, uint32_t light)
 {
     const uint32_t item = ray[room].item;
@@ -13,7 +15,9 @@ static void sfield__take_behind(const sfield_scene *s, sfield__ray *ray, uint32_
     }
 }
 
-/* Orders rooms and the lights in them as x sees them, among the `count` entities of a point. */
+/* Orders rooms and the lights in them as x sees them, among the `count` entities of a point. A light that is
+   seen from outside of its room goes behind all that is nearer than the room's centre; harmonics, whose masks
+   are those of one light each, hide it by the room alone. */
 static void sfield__order_rooms(const sfield__point *p, const float *x, uint32_t count)
 {
     const sfield_scene *s = p->s;
@@ -34,7 +38,7 @@ static void sfield__order_rooms(const sfield__point *p, const float *x, uint32_t
     }
 }
 
-/* Returns whether any light lies in the room that a set's points lie on, beside their self-visibility. */
+/* Returns whether points have a self-visibility and lie on an object that is a room for some light. */
 static int sfield__has_home(const sfield_scene *s, const sfield_points *set)
 {
     return set->entity && set->self && s->item[set->entity - 1].holds;
