@@ -177,7 +177,7 @@ GLBK_DEF glbk_result glbk_sfield_scene_create(glbk_context *ctx, const struct gl
                                               glbk_sfield_scene *out);
 /* Uploads fields, and makes room for entities. The scene is empty and its sky is black at first.
    Memory   on the GPU the fields, their coefficients filled up to a multiple of 16, and with desc.brdf 332 KB
-            (4 bands; 8: 1 MB); here 56 bytes a field
+            (4 bands; 8: 1 MB); here 40 bytes a field
             and, while the call runs, the longest file of a field (sfield_bytes) and 16 KB
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range. GLBK_ERR_MISMATCH:
             a field of wavelets, self-visibility or other bands, a shard, or some occlusion fields of
@@ -524,8 +524,9 @@ GLBK_DEF glbk_result glbk_sfield_haar_upload(glbk_context *ctx, const glbk_sfiel
 /* Makes a scene of fields of wavelets, which go up as trees, with room for entities. glbk_sfield_scene_free
    takes the scene back.
    Memory   on the GPU 16 bytes, of sources 32, for each square that holds a wavelet or has such squares
-            within, and for six squares of each sample; 98 KB for the sky of 32 texels a side. Here 56 bytes a
-            field and, while the call runs, the longest file of a field and 150 KB
+            within, and for six squares of each sample; 112 bytes for each of entity_capacity, and 98 KB for
+            the sky of 32 texels a side. Here 40 bytes a field and, while the call runs, the longest file of a
+            field and 150 KB
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range. GLBK_ERR_MISMATCH: a
             field of harmonics, of other texels, or a shard. GLBK_ERR_LIMIT: more than 2^28 texels.
             GLBK_ERR_ALLOC */
@@ -542,7 +543,8 @@ typedef struct glbk_sfield_haar_desc {
     uint32_t cube_side;                 /* that of the scene: a power of two, 4..64; 0 = 32 */
     uint32_t batch;                     /* points that are shaded at a time, at most so many as textures of
                                            2048 or ctx->max_side a side hold: 672 of cubes of 16, 168 of 32,
-                                           40 of 64; 0 = 256. More points make fewer passes */
+                                           40 of 64. A greater number is taken for that; 0 = 256. More points
+                                           make fewer passes */
     int      self;                      /* not 0: there is room for self-visibility, 4 bytes a pixel */
 } glbk_sfield_haar_desc;
 
@@ -573,7 +575,7 @@ typedef struct glbk_sfield_haar {       /* the light of a picture; read only; ze
 
 GLBK_DEF glbk_result glbk_sfield_haar_create(glbk_context *ctx, const glbk_sfield_haar_desc *desc,
                                              glbk_sfield_haar *out);
-/* Compiles the four programs and makes their textures.
+/* Compiles the four programs and makes their textures. For another size free it and create it anew.
    Memory   on the GPU 16 bytes a pixel and, for each point of a batch, 456 cube_side^2 + 1,280 bytes: 30 MB
             for 256 points of 16 texels a side
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range. GLBK_ERR_LIMIT:
@@ -589,7 +591,10 @@ GLBK_DEF glbk_result glbk_sfield_haar_self(glbk_context *ctx, glbk_sfield_haar *
                                            const glbk_sfield_scene *scene, uint32_t row, uint32_t row_count,
                                            const glbk_sfield_own *own);
 /* Says for whole rows of pixels which self-visibility they have, in the space of the entity that the G-buffer
-   names there. Pixels that no call named have none.
+   names there. Pixels that no call named have none. What is said stays from frame to frame, until another
+   call says something else of these rows.
+   scene    the one that glbk_sfield_haar_shade is given then: the texture names places in its table. Say all
+            rows again for another scene
    own      haar->width x row_count of them
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, an object was not created, or rows reach beyond height.
             GLBK_ERR_MISMATCH: haar has no desc.self, or a field is none of the scene's self-visibilities.
@@ -598,7 +603,8 @@ GLBK_DEF glbk_result glbk_sfield_haar_self(glbk_context *ctx, glbk_sfield_haar *
 GLBK_DEF glbk_result glbk_sfield_haar_shade(glbk_context *ctx, glbk_sfield_haar *haar,
                                             const glbk_gbuffer *gbuffer, const glbk_sfield_scene *scene,
                                             int open);
-/* Shades all pixels into haar->light.
+/* Shades all pixels into haar->light, in (pixels / batch) batches of 3 passes a round and one more. A round
+   takes 16 of what the scene has: its entities, and each light three times more.
    open     not 0: light.a is wanted even if there is no sky
    Errors   GLBK_ERR_ARGUMENT: an object is NULL or was not created. GLBK_ERR_MISMATCH: the scene has
             harmonics or other texels, or the G-buffer has another size. GLBK_ERR_LOST */

@@ -9,7 +9,7 @@ GLBK_DEF glbk_result glbk_sfield_scene_create(glbk_context *ctx, const struct gl
                                               glbk_sfield_scene *out);
 /* Uploads fields, and makes room for entities. The scene is empty and its sky is black at first.
    Memory   on the GPU the fields, their coefficients filled up to a multiple of 16, and with desc.brdf 332 KB
-            (4 bands; 8: 1 MB); here 56 bytes a field
+            (4 bands; 8: 1 MB); here 40 bytes a field
             and, while the call runs, the longest file of a field (sfield_bytes) and 16 KB
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range. GLBK_ERR_MISMATCH:
             a field of wavelets, self-visibility or other bands, a shard, or some occlusion fields of
