@@ -605,7 +605,7 @@ GLBK_DEF glbk_result glbk_sfield_haar_shade(glbk_context *ctx, glbk_sfield_haar 
                                             int open);
 /* Shades all pixels into haar->light, in (pixels / batch) batches of 3 passes a round and one more. A round
    takes 16 of what the scene has: its entities, and each light three times more.
-   open     not 0: light.a is wanted even if there is no sky
+   open     not 0: light.a is wanted even if there is no sky; else it is 0 then
    Errors   GLBK_ERR_ARGUMENT: an object is NULL or was not created. GLBK_ERR_MISMATCH: the scene has
             harmonics or other texels, or the G-buffer has another size. GLBK_ERR_LOST */
 
@@ -648,7 +648,7 @@ GLBK_DEF void glbk_sfield_haar_free(glbk_context *ctx, glbk_sfield_haar *haar);
     X(uint, count, 1)                       /* points */                                    \
     X(uint, slots, 1)                       /* places of a list */                          \
     X(uint, round, 1)                       /* lists of so many places before this one */   \
-    X(uint, last, 1)                        /* not 0: the last round, which adds the sky */ \
+    X(uint, last, 1)                        /* not 0: adds the sky and the open share */    \
     X(uint, own, 1)                         /* not 0: there is self-visibility */           \
     X(uint, side, 1)                        /* texels a side of a cube's face */            \
     X(uint, columns, 1)                     /* cubes of a row */                            \
@@ -4470,14 +4470,16 @@ static glbk_result glbk__sfield_haar_round(glbk_context *ctx, glbk_sfield_haar *
     return GLBK_OK;
 }
 
-/* Shades the points of a batch, whose rectangle is set, in so many rounds. */
+/* Shades the points of a batch, whose rectangle is set, in so many rounds. sky: not 0 if the sky or the open
+   share is wanted. */
 static glbk_result glbk__sfield_haar_batch(glbk_context *ctx, glbk_sfield_haar *h, const glbk_gbuffer *g,
-                                           const glbk_sfield_scene *s, uint32_t rounds, glbk_sfield_batch *b)
+                                           const glbk_sfield_scene *s, uint32_t rounds, int sky,
+                                           glbk_sfield_batch *b)
 {
     const uint32_t pixels[4] = { b->left, b->bottom, b->width, b->count / b->width };
     glbk_result result = GLBK_OK;
     for (b->round = 0; b->round < rounds && result == GLBK_OK; b->round++) {
-        b->last = b->round + 1 == rounds;
+        b->last = sky && b->round + 1 == rounds;
         result = glbk__sfield_haar_round(ctx, h, g, s, b);
     }
     if (result == GLBK_OK) result = glbk__sfield_haar_pass(ctx, h, &h->sum, &h->target, pixels);
@@ -4516,7 +4518,8 @@ GLBK_DEF glbk_result glbk_sfield_haar_shade(glbk_context *ctx, glbk_sfield_haar 
             const uint32_t rows = h->height - b.bottom < high ? h->height - b.bottom : high;
             b.width = h->width - b.left < wide ? h->width - b.left : wide;
             b.count = b.width * rows;
-            result = glbk__sfield_haar_batch(ctx, h, g, s, most ? (most + b.slots - 1) / b.slots : 1, &b);
+            result = glbk__sfield_haar_batch(ctx, h, g, s, most ? (most + b.slots - 1) / b.slots : 1,
+                                             s->sky || open, &b);
         }
     return result;
 }

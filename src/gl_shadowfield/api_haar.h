@@ -112,7 +112,7 @@ GLBK_DEF glbk_result glbk_sfield_haar_shade(glbk_context *ctx, glbk_sfield_haar 
                                             int open);
 /* Shades all pixels into haar->light, in (pixels / batch) batches of 3 passes a round and one more. A round
    takes 16 of what the scene has: its entities, and each light three times more.
-   open     not 0: light.a is wanted even if there is no sky
+   open     not 0: light.a is wanted even if there is no sky; else it is 0 then
    Errors   GLBK_ERR_ARGUMENT: an object is NULL or was not created. GLBK_ERR_MISMATCH: the scene has
             harmonics or other texels, or the G-buffer has another size. GLBK_ERR_LOST */
 

@@ -31,7 +31,7 @@
     X(uint, count, 1)                       /* points */                                    \
     X(uint, slots, 1)                       /* places of a list */                          \
     X(uint, round, 1)                       /* lists of so many places before this one */   \
-    X(uint, last, 1)                        /* not 0: the last round, which adds the sky */ \
+    X(uint, last, 1)                        /* not 0: adds the sky and the open share */    \
     X(uint, own, 1)                         /* not 0: there is self-visibility */           \
     X(uint, side, 1)                        /* texels a side of a cube's face */            \
     X(uint, columns, 1)                     /* cubes of a row */                            \

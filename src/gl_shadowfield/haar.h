@@ -281,14 +281,16 @@ static glbk_result glbk__sfield_haar_round(glbk_context *ctx, glbk_sfield_haar *
     return GLBK_OK;
 }
 
-/* Shades the points of a batch, whose rectangle is set, in so many rounds. */
+/* Shades the points of a batch, whose rectangle is set, in so many rounds. sky: not 0 if the sky or the open
+   share is wanted. */
 static glbk_result glbk__sfield_haar_batch(glbk_context *ctx, glbk_sfield_haar *h, const glbk_gbuffer *g,
-                                           const glbk_sfield_scene *s, uint32_t rounds, glbk_sfield_batch *b)
+                                           const glbk_sfield_scene *s, uint32_t rounds, int sky,
+                                           glbk_sfield_batch *b)
 {
     const uint32_t pixels[4] = { b->left, b->bottom, b->width, b->count / b->width };
     glbk_result result = GLBK_OK;
     for (b->round = 0; b->round < rounds && result == GLBK_OK; b->round++) {
-        b->last = b->round + 1 == rounds;
+        b->last = sky && b->round + 1 == rounds;
         result = glbk__sfield_haar_round(ctx, h, g, s, b);
     }
     if (result == GLBK_OK) result = glbk__sfield_haar_pass(ctx, h, &h->sum, &h->target, pixels);
@@ -327,7 +329,8 @@ GLBK_DEF glbk_result glbk_sfield_haar_shade(glbk_context *ctx, glbk_sfield_haar 
             const uint32_t rows = h->height - b.bottom < high ? h->height - b.bottom : high;
             b.width = h->width - b.left < wide ? h->width - b.left : wide;
             b.count = b.width * rows;
-            result = glbk__sfield_haar_batch(ctx, h, g, s, most ? (most + b.slots - 1) / b.slots : 1, &b);
+            result = glbk__sfield_haar_batch(ctx, h, g, s, most ? (most + b.slots - 1) / b.slots : 1,
+                                             s->sky || open, &b);
         }
     return result;
 }
