@@ -3897,7 +3897,7 @@ static uint32_t glbk__sfield_node(glbk__sfield_tree *t, uint32_t k, float side, 
         mask |= 1u << q;
         nodes++;
     }
-    texel[2] = mask << 28 | below;
+    texel[2] = mask << 28 | (mask ? below : 0);     /* past the last of 2^28 texels it has 29 bits */
     memcpy(texel + 3, &scale, 4);
     for (c = 0; c < t->channels; c++) {
         if (c == 1) second = glbk__sfield_texel(s);

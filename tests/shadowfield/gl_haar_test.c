@@ -412,11 +412,11 @@ static void long_lists_take_more_rounds(void **state)
 static void bodies_of_every_side_of_texels(void **state)
 {
     GL_TEST(t, state)
-    static const uint32_t sides[3] = { 4, 8, 32 };
+    static const uint32_t sides[4] = { 4, 8, 32, 64 };
     model box = model_box(1, 0.5, 0.7);
     sfield_mesh mesh = mesh_of(&box);
     int i;
-    for (i = 0; i < 3; i++) {
+    for (i = 0; i < 4; i++) {
         sfield_desc d = haar_desc(3, 3);
         glbk_sfield_haar_scene_desc sd = scene_desc();
         const glbk_sfield_haar_desc h = { 4, 1, sides[i], 0, 0 };
