@@ -232,7 +232,7 @@ static void a_lamp_that_leaves_the_room_takes_its_light_along(void **state)
     }
 }
 
-/* A body whose sphere holds a lamp, but not its hull, is no room; nor is a solid one, whatever its samples see. */
+/* A body whose sphere holds a lamp, but not its hull, is no room. */
 static void what_a_lamp_stands_beside_is_no_room(void **state)
 {
     static const float beside[3] = { 0, 0.25f, 0 };
