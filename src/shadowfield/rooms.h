@@ -85,7 +85,8 @@ static int sfield__is_held(const sfield_scene *s, uint32_t j, uint32_t item)
 }
 
 /* Returns whether points lie on the room in which light j is: their self-visibility, which says that the room
-   is all around, does not count for the light. */
+   is all around, does not count for the light. Nobody asks on which side of a wall they lie: points on the
+   outside that face the light get it through the wall. */
 static int sfield__is_home(const sfield_scene *s, const sfield_points *set, uint32_t j)
 {
     return set->entity && set->self && sfield__is_held(s, j, set->entity - 1);
