@@ -10379,7 +10379,7 @@ static uint64_t sfield__carve_tile(sfield__tile *t, uint8_t *memory, uint32_t oc
         at += ((number) * sizeof(type) + 63) / 64 * 64;                    \
     } while (0)
     SFIELD__CARVE(occlusion, float, n * c);
-    SFIELD__CARVE(t, float, (slots * chains > 3 ? slots * chains : 3) * c);
+    SFIELD__CARVE(t, float, (slots * chains > 6 ? slots * chains : 6) * c);  /* all, a light's */
     SFIELD__CARVE(start, float, chains * c);
     /* coefficients of a row: a multiple of 8 */
     SFIELD__CARVE(rows, float, 3 * (c + 7 * SFIELD__LANES) + 8);
@@ -11740,6 +11740,17 @@ static void sfield__shade_tile(sfield__tile *t)
 #endif
 }
 
+/* Returns whether the order leaves light j out: it is the points' own, or lies in a room. */
+static int sfield__is_alone(const sfield__tile *t, uint32_t j)
+{
+#ifndef SFIELD_WITHOUT_ROOMS
+    uint32_t i;
+    for (i = 0; i < t->s->held_count; i++)
+        if (t->s->held[i].light == j) return 1;
+#endif
+    return sfield__is_own(t, j);
+}
+
 /* Returns the lanes for which light j lies just before occluder i - 1 of the order; i = 0: before all. */
 static uint32_t sfield__find_lanes_behind(const sfield__tile *t, uint32_t j, uint32_t i)
 {
@@ -11779,6 +11790,34 @@ static void sfield__add_radiance(const sfield__tile *t, uint32_t j, uint32_t lan
     }
 }
 
+#ifndef SFIELD_WITHOUT_ROOMS
+/* Adds the radiance of light j, which lies in a room. From inside no wall hides it and from outside all do,
+   so that it has no one place in the order: what hides it is taken by itself. */
+static void sfield__add_tenant(sfield__tile *t, uint32_t j, float *sum)
+{
+    const sfield_scene *s = t->s;
+    const uint32_t n = s->coefs * SFIELD__LANES;
+    const uint16_t *mask = t->mask + (size_t)j * s->occluder_count;
+    float *own = sum + 3 * n;
+    uint32_t i, k, c;
+    memset(own, 0, 3 * n * sizeof *own);
+    sfield__add_radiance(t, j, t->active, own);
+    for (i = t->count; i-- > 0;) {
+        const uint32_t o = t->order[i];
+        const float *occlusion = t->occlusion + (size_t)o * n;
+        if (!mask[i] || t->state[o] == SFIELD__ALL_HIDDEN) continue;
+        if (mask[i] != t->used[o]) {
+            sfield__select16(occlusion, n, mask[i], t->turned, s->simd);
+            occlusion = t->turned;
+        }
+        t->stats.products += 3 * sfield__popcount(mask[i]);
+        for (c = 0; c < 3; c++)
+            sfield__product16(s->algebra, own + c * n, occlusion, own + c * n, SFIELD__LANES, 1);
+    }
+    for (k = 0; k < 3 * n; k++) sum[k] += own[k];
+}
+#endif
+
 /* Computes the radiance that arrives at 16 points, three channels, from far to near (section 3.2 of the
    paper). Each occluder hides part of the radiance so far, and each light joins it. Lanes may disagree about
    the order of a light and an occluder, so the order is made lane by lane. */
@@ -11799,7 +11838,7 @@ static void sfield__shade_incident(sfield__tile *t, float *out)
             sum[c * n + k] = s->has_sky || s->has_sun ? s->sky_now[c * s->planes + k / SFIELD__LANES] : 0.0f;
     for (i = t->count + 1; i-- > 0;) {
         for (j = 0; j < t->lights; j++) {
-            const uint32_t lanes = sfield__is_own(t, j) ? 0 : sfield__find_lanes_behind(t, j, i);
+            const uint32_t lanes = sfield__is_alone(t, j) ? 0 : sfield__find_lanes_behind(t, j, i);
             if (lanes & t->active) sfield__add_radiance(t, j, lanes, sum);
         }
         if (i == 0 || t->state[t->order[i - 1]] == SFIELD__ALL_HIDDEN) continue;
@@ -11808,6 +11847,10 @@ static void sfield__shade_incident(sfield__tile *t, float *out)
             sfield__product16(s->algebra, sum + c * n, t->occlusion + (size_t)t->order[i - 1] * n,
                               sum + c * n, SFIELD__LANES, 1);
     }
+#ifndef SFIELD_WITHOUT_ROOMS
+    for (j = 0; j < t->lights; j++)
+        if (!sfield__is_own(t, j) && sfield__is_alone(t, j)) sfield__add_tenant(t, j, sum);
+#endif
     for (l = 0; l < t->lanes; l++)
         for (k = 0; k < 3 * s->coefs; k++)
             out[(t->first + l) * 3 * s->coefs + k] =

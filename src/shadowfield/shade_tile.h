@@ -51,7 +51,7 @@ static uint64_t sfield__carve_tile(sfield__tile *t, uint8_t *memory, uint32_t oc
         at += ((number) * sizeof(type) + 63) / 64 * 64;                    \
     } while (0)
     SFIELD__CARVE(occlusion, float, n * c);
-    SFIELD__CARVE(t, float, (slots * chains > 3 ? slots * chains : 3) * c);
+    SFIELD__CARVE(t, float, (slots * chains > 6 ? slots * chains : 6) * c);  /* all, a light's */
     SFIELD__CARVE(start, float, chains * c);
     /* coefficients of a row: a multiple of 8 */
     SFIELD__CARVE(rows, float, 3 * (c + 7 * SFIELD__LANES) + 8);

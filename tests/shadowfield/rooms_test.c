@@ -198,6 +198,45 @@ static void a_room_hides_its_lamp_from_outside(void **state)
     }
 }
 
+/* Incident radiance in a room is that without its walls, behind a slab or not: the room's centre is nearer to many
+   points than the slab and the lamp are. Outside, little comes through: what four bands cannot take away. */
+static void incident_radiance_of_a_lamp_in_a_room_is_that_without_walls(void **state)
+{
+    static const float under[3] = { 0.3f, 0, -0.2f };
+    int slab, inside;
+    (void)state;
+    for (slab = 0; slab < 2; slab++)
+        for (inside = 0; inside < 2; inside++) {
+            sfield_scene *s = scene_of(1), *bare = scene_of(1);
+            static float in_room[POINTS * 48], want[POINTS * 48], out[3 * POINTS];
+            double off = 0, most = 0;
+            sfield_points set;
+            sfield_entity e[3];
+            int i;
+            memset(&set, 0, sizeof set);
+            for (i = 0; i < 3 * POINTS; i++) out[i] = place[i] * (i % 3 == 1 ? 1.5f : 3);
+            set.count = POINTS;
+            set.positions = inside ? free_place : out;
+            set.normals = up;
+            e[0] = at(room[1], NULL, NULL);
+            e[1] = at(NULL, lamp[1], lamp_at);
+            e[2] = at(table[1], NULL, under);
+            assert_int_equal(sfield_scene_entities(s, e, slab ? 3 : 2), SFIELD_OK);
+            assert_int_equal(sfield_scene_entities(bare, e + 1, slab ? 2 : 1), SFIELD_OK);
+            assert_int_equal(sfield_incident(s, &set, in_room), SFIELD_OK);
+            assert_int_equal(sfield_incident(bare, &set, want), SFIELD_OK);
+            for (i = 0; i < POINTS * 48; i++) {
+                const double d = (double)in_room[i] - (double)(inside ? want[i] : 0);
+                off += d * d;
+                most += (double)want[i] * (double)want[i];
+            }
+            print_message("slab %d, inside %d: off by %.2e of itself\n", slab, inside, sqrt(off / most));
+            assert_true(most > 1 && sqrt(off / most) < (inside ? 1e-5 : 0.4));
+            sfield_scene_free(s);
+            sfield_scene_free(bare);
+        }
+}
+
 /* The sky stays outside, and a lamp that leaves the room as well. Caches notice. */
 static void a_lamp_that_leaves_the_room_takes_its_light_along(void **state)
 {
@@ -287,6 +326,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(t80_a_lamp_in_a_room_lights_it_as_without_walls),
         cmocka_unit_test(a_room_hides_its_lamp_from_outside),
+        cmocka_unit_test(incident_radiance_of_a_lamp_in_a_room_is_that_without_walls),
         cmocka_unit_test(a_lamp_that_leaves_the_room_takes_its_light_along),
         cmocka_unit_test(what_a_lamp_stands_beside_is_no_room),
         cmocka_unit_test(rooms_without_memory_keep_the_list),
