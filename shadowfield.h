@@ -770,9 +770,7 @@ SFIELD_DEF size_t sfield_cache_bytes(const sfield_cache *cache);
 SFIELD_DEF sfield_result sfield_incident(sfield_scene *scene, const sfield_points *set, float *coefs);
 /* Computes the radiance that arrives at points, as coefficients, for materials of your own. Entities are
    taken from far to near, so that occluders which several lights have in common are applied once (section
-   3.2). So each light has one place in the order of all occluders, and a room (sfield_scene_stats.rooms)
-   hides the light in it where another occluder lies behind the room's centre and before the light, which
-   sfield_shade gets right.
+   3.2); those of a light that lies in a room (sfield_scene_stats.rooms) for it alone.
    set      the arrays for results are not written; normals must be there, but all directions count, whatever
             the normal. Self-visibility and BRDF are not applied
    coefs    bands^2 coefficients of r, then of g, then of b for each point, in world space
