@@ -5421,8 +5421,8 @@ typedef struct cohsm__kept {            /* depths of one light that earlier samp
 #ifndef COHSM_WITHOUT_SIMD
 typedef struct cohsm__fractions {       /* of PCF: what the sixteen pixels of a sample have in common */
     float   weight[4][COHSM__TILE];     /* how far it lies towards the next cell or pixel, 0..1 */
-    int32_t cell[2][COHSM__TILE], pixel[2][COHSM__TILE];    /* the lower one, perhaps one step outside */
-    int32_t valid[COHSM__TILE];         /* 0: no map answers */
+    int16_t cell[2][COHSM__TILE], pixel[2][COHSM__TILE];    /* the lower one, perhaps one step outside */
+    uint8_t valid[COHSM__TILE];         /* 0: no map answers */
 } cohsm__fractions;
 #endif
 
@@ -7969,9 +7969,10 @@ COHSM__KERNEL COHSM__FLATTEN static void cohsm__address_latlong(cohsm__tile *t)
 
 #ifndef COHSM_WITHOUT_SIMD
 /* Keeps two coordinates of a step, cells of the domain or pixels, as fractions of PCF: the lower one, and how
-   far the samples lie towards the next. */
+   far the samples lie towards the next. There are at most 4096 cells or pixels: what is far outside may lie
+   anywhere outside. */
 static inline COHSM__IN_KERNEL void cohsm__step_fractions(float (*at)[COHSM__STEP], size_t first,
-                                                          int32_t (*low)[COHSM__TILE],
+                                                          int16_t (*low)[COHSM__TILE],
                                                           float (*weight)[COHSM__TILE])
 {
     float x;
@@ -7980,10 +7981,10 @@ static inline COHSM__IN_KERNEL void cohsm__step_fractions(float (*at)[COHSM__STE
 
     for (i = 0; i < 2; i++)
         for (k = 0; k < COHSM__STEP; k++) {
-            x = cohsm__either(fabsf(at[i][k]) < 1e6f, at[i][k], -9.0f);
+            x = cohsm__either(fabsf(at[i][k]) < 8192.0f, at[i][k], -9.0f);
             l = (int32_t)x;
             l -= (float)l > x;
-            low[i][first + (size_t)k] = l;
+            low[i][first + (size_t)k] = (int16_t)l;
             weight[i][first + (size_t)k] = x - (float)l;
         }
 }
@@ -7999,7 +8000,7 @@ COHSM__KERNEL COHSM__FLATTEN static void cohsm__cells_latlong(cohsm__tile *t)
         cohsm__step_jitter(&s, t, first);
         cohsm__step_lights(&s, t, first);
         cohsm__step_fractions(s.at, first, f->cell, f->weight);
-        for (k = 0; k < COHSM__STEP; k++) f->valid[first + k] = s.valid[k];
+        for (k = 0; k < COHSM__STEP; k++) f->valid[first + k] = (uint8_t)s.valid[k];
     }
 }
 
@@ -8038,8 +8039,8 @@ COHSM__KERNEL static void cohsm__corner_latlong(cohsm__tile *t, uint32_t corner)
     size_t i;
 
     for (i = 0; i < t->count; i++) {
-        const uint32_t x = (uint32_t)f->pixel[0][i] + (corner & 1u);
-        const uint32_t y = (uint32_t)f->pixel[1][i] + (corner >> 1);
+        const uint32_t x = (uint32_t)(int32_t)f->pixel[0][i] + (corner & 1u);
+        const uint32_t y = (uint32_t)(int32_t)f->pixel[1][i] + (corner >> 1);
         const uint32_t p = y * side + x - begin;
         const int in = (x < side) & (y < side) & (p < range) & (t->depth[i] >= 0);
         t->pixel[i] = in ? p : COHSM__NO_PIXEL;

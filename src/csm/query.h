@@ -23,8 +23,8 @@ typedef struct cohsm__kept {            /* depths of one light that earlier samp
 #ifndef COHSM_WITHOUT_SIMD
 typedef struct cohsm__fractions {       /* of PCF: what the sixteen pixels of a sample have in common */
     float   weight[4][COHSM__TILE];     /* how far it lies towards the next cell or pixel, 0..1 */
-    int32_t cell[2][COHSM__TILE], pixel[2][COHSM__TILE];    /* the lower one, perhaps one step outside */
-    int32_t valid[COHSM__TILE];         /* 0: no map answers */
+    int16_t cell[2][COHSM__TILE], pixel[2][COHSM__TILE];    /* the lower one, perhaps one step outside */
+    uint8_t valid[COHSM__TILE];         /* 0: no map answers */
 } cohsm__fractions;
 #endif
 
