@@ -629,7 +629,6 @@ GLBK_DEF void glbk_sfield_haar_free(glbk_context *ctx, glbk_sfield_haar *haar);
     X(usampler2D, glbk_sfield_cube, 5)              /* texels of cubes */                   \
     X(usampler2DArray, glbk_sfield_basis, 6)        /* integrals over texels */
 
-#ifndef GLBK_SFIELD_WITHOUT_WAVELETS
 /* Programs of wavelets read what a batch of points wrote before: lists, cubes, T and sums. */
 #define GLBK_SFIELD_HAAR_TEXTURES(X)                                                        \
     X(usampler2D, glbk_sfield_what, 4)              /* kind, first sample, entity, field */ \
@@ -641,6 +640,7 @@ GLBK_DEF void glbk_sfield_haar_free(glbk_context *ctx, glbk_sfield_haar *haar);
     X(usampler2D, glbk_sfield_upper, 13)                                                    \
     X(usampler2D, glbk_sfield_sums, 14)             /* light of the rounds before */
 
+#ifndef GLBK_SFIELD_WITHOUT_WAVELETS
 /* This block says which points a batch has, and how textures hold them. */
 #define GLBK_SFIELD_BATCH_MEMBERS(X)                                                        \
     X(uint, left, 1) X(uint, bottom, 1)     /* a rectangle of pixels */                     \
@@ -656,7 +656,6 @@ GLBK_DEF void glbk_sfield_haar_free(glbk_context *ctx, glbk_sfield_haar *haar);
 
 #define GLBK_SFIELD_HAAR_BLOCKS(X) X(glbk_sfield_batch, 4, GLBK_SFIELD_BATCH_MEMBERS)
 #else
-#define GLBK_SFIELD_HAAR_TEXTURES(X)
 #define GLBK_SFIELD_HAAR_BLOCKS(X)
 #endif
 
