@@ -526,7 +526,8 @@ LSAMP_DEF lsamp_result lsamp_surface_locations(const lsamp_surface *surface, uin
                                                float lift, float *locations);
 /* Writes D for a LSAMP_LIGHT_SURFACE: the surface at the centres of width x height equal cells of its
    coordinates, for a domain of LSAMP_DOMAIN_TABLE with these sides, whose maps are asked by the samples'
-   coords: side is width, height, 1, and location_count width * height.
+   coords, which lie 12 bytes apart (cohsm_query.light_stride): side is width, height, 1, and location_count
+   width * height.
    lift        how far the places stand above the side that emits, in the scene's units, lest the surface
                itself hides all; below 0: behind it
    locations   receives 4 floats for each cell, rows of width: x, y, z, 1. Where the surface's points are not
