@@ -231,8 +231,8 @@ static void free_rocks(archive *a, const char *path)
     remove(path);
 }
 
-/* The way of the sun's light to where we stand on the road: does the rock at hand lie in it? The rock is held while it is
-   asked, so that it cannot leave. -1: it could not be had. */
+/* The way of the sun's light to where we stand on the road: does the rock at hand lie in it? The rock is held while it
+   is asked, so that it cannot leave. -1: it could not be had. */
 static int is_in_shadow(cohsm_stream *stream, int step, const float *sun)
 {
     const float here = 300.0f * (float)step / STEPS;
