@@ -4354,19 +4354,6 @@ static glbk_result glbk__csm_shade_program(glbk_context *ctx, const char *functi
                              r->compute ? "csm_shade.comp" : "csm_shade.frag", defines, use->maps, out);
 }
 
-/* Makes the sum, twice where passes draw from one into the other, of pictures of a size. */
-static glbk_result glbk__csm_create_sums(glbk_context *ctx, glbk_csm_renderer *r, uint32_t width,
-                                         uint32_t height)
-{
-    glbk_result result = GLBK_OK;
-    int i;
-    r->width = width;
-    r->height = height;
-    for (i = 0; i < (r->compute ? 1 : 2) && result == GLBK_OK; i++)
-        result = glbk__canvas(ctx, GLBK_FORMAT_COLOR, width, height, NULL, &r->sums[i], &r->targets[i]);
-    return result;
-}
-
 GLBK_DEF glbk_result glbk_csm_renderer_create(glbk_context *ctx, const glbk_csm_renderer_desc *d,
                                               glbk_csm_renderer *out)
 {
@@ -4381,23 +4368,17 @@ GLBK_DEF glbk_result glbk_csm_renderer_create(glbk_context *ctx, const glbk_csm_
     if (d->lobe_count > LSAMP_MAX_LOBES)
         return glbk__refuse_range(ctx, GLBK_ERR_DESC, __func__, "desc.lobe_count", d->lobe_count, 0,
                                  LSAMP_MAX_LOBES);
+    out->width = d->width;
+    out->height = d->height;
     out->compute = ctx->compute;
     out->lobe_count = d->lobe_count ? d->lobe_count : 1;
     out->patterns = d->patterns != 0;
     result = glbk__gbuffer_program(ctx, glbk_csm_part(), "csm_resolve.frag", NULL, &out->resolve);
-    if (result == GLBK_OK) result = glbk__csm_create_sums(ctx, out, d->width, d->height);
+    if (result == GLBK_OK)
+        result = glbk__sums_create(ctx, out->compute, d->width, d->height, out->sums, out->targets);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_csm_frame), NULL, &out->frame);
     if (result != GLBK_OK) glbk_csm_renderer_free(ctx, out);
     return result;
-}
-
-static void glbk__csm_free_sums(glbk_context *ctx, glbk_csm_renderer *r)
-{
-    uint32_t i;
-    for (i = 0; i < 2; i++) {
-        glbk_target_free(ctx, &r->targets[i]);
-        glbk_texture_free(ctx, &r->sums[i]);
-    }
 }
 
 GLBK_DEF glbk_result glbk_csm_renderer_resize(glbk_context *ctx, glbk_csm_renderer *r, uint32_t width,
@@ -4408,9 +4389,11 @@ GLBK_DEF glbk_result glbk_csm_renderer_resize(glbk_context *ctx, glbk_csm_render
     if (result == GLBK_OK) result = glbk__require_side(ctx, __func__, "width", width);
     if (result == GLBK_OK) result = glbk__require_side(ctx, __func__, "height", height);
     if (result != GLBK_OK) return result;
-    glbk__csm_free_sums(ctx, r);
+    glbk__sums_free(ctx, r->sums, r->targets);
     glbk_csm_reset(r);
-    result = glbk__csm_create_sums(ctx, r, width, height);
+    r->width = width;
+    r->height = height;
+    result = glbk__sums_create(ctx, r->compute, width, height, r->sums, r->targets);
     if (result != GLBK_OK) glbk_csm_renderer_free(ctx, r);
     return result;
 }
@@ -4420,7 +4403,7 @@ GLBK_DEF void glbk_csm_renderer_free(glbk_context *ctx, glbk_csm_renderer *r)
     if (!r) return;
     glbk__csm_programs_free(ctx, &r->shade);
     glbk_program_free(ctx, &r->resolve);
-    glbk__csm_free_sums(ctx, r);
+    glbk__sums_free(ctx, r->sums, r->targets);
     glbk_buffer_free(ctx, &r->frame);
     memset(r, 0, sizeof *r);
 }

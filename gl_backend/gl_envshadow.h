@@ -1649,19 +1649,6 @@ GLBK_DEF glbk_result glbk_envsh_bind(glbk_context *ctx, glbk_envsh_maps *m, cons
 
 /* ---- envsh: the renderer ---- */
 
-/* Makes the sum, twice where passes draw from one into the other, of pictures of a size. */
-static glbk_result glbk__envsh_create_sums(glbk_context *ctx, glbk_envsh_renderer *r, uint32_t width,
-                                           uint32_t height)
-{
-    glbk_result result = GLBK_OK;
-    int i;
-    r->width = width;
-    r->height = height;
-    for (i = 0; i < (r->compute ? 1 : 2) && result == GLBK_OK; i++)
-        result = glbk__canvas(ctx, GLBK_FORMAT_COLOR, width, height, NULL, &r->sums[i], &r->targets[i]);
-    return result;
-}
-
 GLBK_DEF glbk_result glbk_envsh_renderer_create(glbk_context *ctx, const glbk_envsh_renderer_desc *d,
                                                 glbk_envsh_renderer *out)
 {
@@ -1673,22 +1660,15 @@ GLBK_DEF glbk_result glbk_envsh_renderer_create(glbk_context *ctx, const glbk_en
     if (result == GLBK_OK) result = glbk__require_side(ctx, __func__, "desc.width", d->width);
     if (result == GLBK_OK) result = glbk__require_side(ctx, __func__, "desc.height", d->height);
     if (result != GLBK_OK) return result;
+    out->width = d->width;
+    out->height = d->height;
     out->compute = ctx->compute;
-    result = glbk__envsh_create_sums(ctx, out, d->width, d->height);
+    result = glbk__sums_create(ctx, out->compute, d->width, d->height, out->sums, out->targets);
     if (result == GLBK_OK)
         result = glbk__gbuffer_program(ctx, glbk_envsh_part(), "envsh_resolve.frag", NULL, &out->resolve);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_envsh_object), NULL, &out->object);
     if (result != GLBK_OK) glbk_envsh_renderer_free(ctx, out);
     return result;
-}
-
-static void glbk__envsh_free_sums(glbk_context *ctx, glbk_envsh_renderer *r)
-{
-    uint32_t i;
-    for (i = 0; i < 2; i++) {
-        glbk_target_free(ctx, &r->targets[i]);
-        glbk_texture_free(ctx, &r->sums[i]);
-    }
 }
 
 GLBK_DEF glbk_result glbk_envsh_renderer_resize(glbk_context *ctx, glbk_envsh_renderer *r, uint32_t width,
@@ -1699,9 +1679,11 @@ GLBK_DEF glbk_result glbk_envsh_renderer_resize(glbk_context *ctx, glbk_envsh_re
     if (result == GLBK_OK) result = glbk__require_side(ctx, __func__, "width", width);
     if (result == GLBK_OK) result = glbk__require_side(ctx, __func__, "height", height);
     if (result != GLBK_OK) return result;
-    glbk__envsh_free_sums(ctx, r);
+    glbk__sums_free(ctx, r->sums, r->targets);
     r->begun = 0;
-    result = glbk__envsh_create_sums(ctx, r, width, height);
+    r->width = width;
+    r->height = height;
+    result = glbk__sums_create(ctx, r->compute, width, height, r->sums, r->targets);
     if (result != GLBK_OK) glbk_envsh_renderer_free(ctx, r);
     return result;
 }
@@ -1712,7 +1694,7 @@ GLBK_DEF void glbk_envsh_renderer_free(glbk_context *ctx, glbk_envsh_renderer *r
     if (!r) return;
     for (i = 0; i < 2 * ENVSH_FILTER_COUNT; i++) glbk_program_free(ctx, &r->shade[i]);
     glbk_program_free(ctx, &r->resolve);
-    glbk__envsh_free_sums(ctx, r);
+    glbk__sums_free(ctx, r->sums, r->targets);
     glbk_buffer_free(ctx, &r->object);
     memset(r, 0, sizeof *r);
 }

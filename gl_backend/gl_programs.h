@@ -382,6 +382,12 @@ GLBK__DEF glbk_result glbk__put_block(glbk_context *ctx, uint32_t slot, const gl
 GLBK__DEF glbk_result glbk__canvas(glbk_context *ctx, glbk_format format, uint32_t width, uint32_t height,
                                    const glbk_texture *depth, glbk_texture *texture, glbk_target *target);
 
+/* Makes what a technique sums light in: one canvas, or two where passes draw from one into the other, which
+   is so without compute. What there is of them goes when an error comes. */
+GLBK__DEF glbk_result glbk__sums_create(glbk_context *ctx, int compute, uint32_t width, uint32_t height,
+                                        glbk_texture sums[2], glbk_target targets[2]);
+GLBK__DEF void glbk__sums_free(glbk_context *ctx, glbk_texture sums[2], glbk_target targets[2]);
+
 /* A table is an array texture that lib/table.glsl reads by one number: texel i stands at (i & 1023, i >> 10 &
    1023, i >> 20). texels: count of them, 1 .. ctx->max_layers * 2^20, in any format but the depth formats, or
    NULL = undefined. On the GPU a table takes count rounded up to rows of 1024, above 2^20 texels to layers of
@@ -1637,6 +1643,26 @@ GLBK__DEF glbk_result glbk__canvas(glbk_context *ctx, glbk_format format, uint32
     t.depth = depth;
     result = glbk_texture_create(ctx, &d, texture);
     return result == GLBK_OK ? glbk__target_create(ctx, &t, target) : result;
+}
+
+GLBK__DEF void glbk__sums_free(glbk_context *ctx, glbk_texture sums[2], glbk_target targets[2])
+{
+    int i;
+    for (i = 0; i < 2; i++) {
+        glbk_target_free(ctx, &targets[i]);
+        glbk_texture_free(ctx, &sums[i]);
+    }
+}
+
+GLBK__DEF glbk_result glbk__sums_create(glbk_context *ctx, int compute, uint32_t width, uint32_t height,
+                                        glbk_texture sums[2], glbk_target targets[2])
+{
+    glbk_result result = GLBK_OK;
+    int i;
+    for (i = 0; i < (compute ? 1 : 2) && result == GLBK_OK; i++)
+        result = glbk__canvas(ctx, GLBK_FORMAT_COLOR, width, height, NULL, &sums[i], &targets[i]);
+    if (result != GLBK_OK) glbk__sums_free(ctx, sums, targets);
+    return result;
 }
 
 /* ---- tables: texel i at (i & 1023, i >> 10 & 1023, i >> 20) ---- */

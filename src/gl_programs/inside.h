@@ -82,6 +82,12 @@ GLBK__DEF glbk_result glbk__put_block(glbk_context *ctx, uint32_t slot, const gl
 GLBK__DEF glbk_result glbk__canvas(glbk_context *ctx, glbk_format format, uint32_t width, uint32_t height,
                                    const glbk_texture *depth, glbk_texture *texture, glbk_target *target);
 
+/* Makes what a technique sums light in: one canvas, or two where passes draw from one into the other, which
+   is so without compute. What there is of them goes when an error comes. */
+GLBK__DEF glbk_result glbk__sums_create(glbk_context *ctx, int compute, uint32_t width, uint32_t height,
+                                        glbk_texture sums[2], glbk_target targets[2]);
+GLBK__DEF void glbk__sums_free(glbk_context *ctx, glbk_texture sums[2], glbk_target targets[2]);
+
 /* A table is an array texture that lib/table.glsl reads by one number: texel i stands at (i & 1023, i >> 10 &
    1023, i >> 20). texels: count of them, 1 .. ctx->max_layers * 2^20, in any format but the depth formats, or
    NULL = undefined. On the GPU a table takes count rounded up to rows of 1024, above 2^20 texels to layers of

@@ -60,6 +60,26 @@ GLBK__DEF glbk_result glbk__canvas(glbk_context *ctx, glbk_format format, uint32
     return result == GLBK_OK ? glbk__target_create(ctx, &t, target) : result;
 }
 
+GLBK__DEF void glbk__sums_free(glbk_context *ctx, glbk_texture sums[2], glbk_target targets[2])
+{
+    int i;
+    for (i = 0; i < 2; i++) {
+        glbk_target_free(ctx, &targets[i]);
+        glbk_texture_free(ctx, &sums[i]);
+    }
+}
+
+GLBK__DEF glbk_result glbk__sums_create(glbk_context *ctx, int compute, uint32_t width, uint32_t height,
+                                        glbk_texture sums[2], glbk_target targets[2])
+{
+    glbk_result result = GLBK_OK;
+    int i;
+    for (i = 0; i < (compute ? 1 : 2) && result == GLBK_OK; i++)
+        result = glbk__canvas(ctx, GLBK_FORMAT_COLOR, width, height, NULL, &sums[i], &targets[i]);
+    if (result != GLBK_OK) glbk__sums_free(ctx, sums, targets);
+    return result;
+}
+
 /* ---- tables: texel i at (i & 1023, i >> 10 & 1023, i >> 20) ---- */
 
 enum { GLBK__TABLE_BITS = 10, GLBK__TABLE_SIDE = 1 << GLBK__TABLE_BITS };

@@ -283,20 +283,30 @@ static const char *glbk__sfield_refuse(const sfield_info *info, uint32_t bands, 
     return info->shard_end ? "is a shard: sfield_merge first" : NULL;
 }
 
+/* Checks what descs of scenes of either basis have. */
+static glbk_result glbk__sfield_check_lists(const glbk_context *ctx, const char *function,
+                                            const sfield_field *const *fields, size_t field_count,
+                                            uint32_t entity_capacity, float reach)
+{
+    if (field_count && !fields) return glbk__refuse(ctx, GLBK_ERR_DESC, function, "desc.fields", "is NULL");
+    if (!entity_capacity || entity_capacity > 65535)
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.entity_capacity", entity_capacity, 1,
+                                  65535);
+    if (!(reach >= 0 && reach <= 1e6f))
+        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.reach", (double)reach, 0, 1e6);
+    return GLBK_OK;
+}
+
 /* Checks the desc of glbk_sfield_scene_create. */
 static glbk_result glbk__sfield_check(const glbk_context *ctx, const char *function,
                                       const glbk_sfield_scene_desc *d, uint32_t bands)
 {
     glbk_sfield__message name;
+    glbk_result result;
     size_t i;
     if (!d->algebra) return glbk__refuse(ctx, GLBK_ERR_DESC, function, "desc.algebra", "is NULL");
-    if (d->field_count && !d->fields)
-        return glbk__refuse(ctx, GLBK_ERR_DESC, function, "desc.fields", "is NULL");
-    if (!d->entity_capacity || d->entity_capacity > 65535)
-        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.entity_capacity", d->entity_capacity, 1,
-                                  65535);
-    if (!(d->reach >= 0 && d->reach <= 1e6f))
-        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.reach", (double)d->reach, 0, 1e6);
+    result = glbk__sfield_check_lists(ctx, function, d->fields, d->field_count, d->entity_capacity, d->reach);
+    if (result != GLBK_OK) return result;
     for (i = 0; i < d->field_count; i++) {
         sfield_info info;
         const char *why = "is NULL";

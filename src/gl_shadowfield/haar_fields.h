@@ -196,17 +196,13 @@ static glbk_result glbk__sfield_haar_check(const glbk_context *ctx, const char *
                                            const glbk_sfield_haar_scene_desc *d, uint32_t side)
 {
     glbk_sfield__message name;
+    glbk_result result;
     size_t i;
     if (side < 4 || side > 64 || (side & (side - 1)))
         return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "desc.cube_side", side,
                                   "a power of two within 4..64, or 0");
-    if (d->field_count && !d->fields)
-        return glbk__refuse(ctx, GLBK_ERR_DESC, function, "desc.fields", "is NULL");
-    if (!d->entity_capacity || d->entity_capacity > 65535)
-        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.entity_capacity", d->entity_capacity, 1,
-                                  65535);
-    if (!(d->reach >= 0 && d->reach <= 1e6f))
-        return glbk__refuse_range(ctx, GLBK_ERR_DESC, function, "desc.reach", (double)d->reach, 0, 1e6);
+    result = glbk__sfield_check_lists(ctx, function, d->fields, d->field_count, d->entity_capacity, d->reach);
+    if (result != GLBK_OK) return result;
     for (i = 0; i < d->field_count; i++) {
         sfield_info info;
         const char *why = "is NULL";

@@ -33,6 +33,16 @@ static inline int close_folder(void **state)
     return system(command);
 }
 
+/* Where the build wrote a file, for programs that run in the scratch folder. Returns 0, or -1. */
+static inline int built_file(const char *name, char *path, size_t room)
+{
+    const char *build = getenv("BUILD");
+    char here[500] = "";
+    if ((!build || *build != '/') && !getcwd(here, sizeof here)) return -1;
+    snprintf(path, room, "%s%s%s/%s", here, *here ? "/" : "", build && *build ? build : "build", name);
+    return 0;
+}
+
 /* Runs a program of the build folder in the scratch folder, its output into `output`; returns the exit status, which is
    not 0 where GL had an error. */
 static inline int run(const char *program, const char *arguments)

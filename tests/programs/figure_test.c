@@ -278,11 +278,7 @@ static void pictures_of_lamps_are_kept_where_nothing_moved(void **state)
 
 static int begin(void **state)
 {
-    const char *build = getenv("BUILD");
-    char here[500] = "";
-    if ((!build || *build != '/') && !getcwd(here, sizeof here)) return -1;
-    snprintf(walker, sizeof walker, "%s%s%s/walker.glb", here, *here ? "/" : "", build && *build ? build : "build");
-    return open_folder(state);
+    return built_file("walker.glb", walker, sizeof walker) == 0 ? open_folder(state) : -1;
 }
 
 int main(void)
