@@ -45,7 +45,8 @@ static int find_surface(int x, int y, float *p, float *n)
 {
     static const float eye[3] = { 0, 1.6f, 3.6f };
     float d[3] = { ((float)x + 0.5f - WIDTH / 2) / HEIGHT, 0.1f - ((float)y + 0.5f) / HEIGHT, -1.3f };
-    float v[3] = { eye[0] - center[0], eye[1] - center[1], eye[2] - center[2] }, a = 0, b = 0, c = -radius * radius, t;
+    float v[3] = { eye[0] - center[0], eye[1] - center[1], eye[2] - center[2] }, t;
+    float a = 0, b = 0, c = -radius * radius;
     int k, ball;
     for (k = 0; k < 3; k++) a += d[k] * d[k], b += d[k] * v[k], c += v[k] * v[k];
     ball = b * b > a * c;
