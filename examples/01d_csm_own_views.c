@@ -1,6 +1,7 @@
 /* 01d_csm_own_views.c - coherent shadow maps of an object that is no mesh, from depth layers of your own.
 
    cc -O2 01d_csm_own_views.c -lm -o views && ./views pile.ppm
+   ./views ball.ppm ball                           one ball, of which we know the compressed maps, so that none is drawn
 
    A pile of balls that run into each other has no triangles. The header names the views that it needs; this program
    answers each with two depth layers, where a ray enters the pile and where it leaves it first. A volume, a distance
@@ -18,10 +19,11 @@ enum { WIDTH = 320, HEIGHT = 200, BALLS = 5, SIDE = 32, MAP = 64, SAMPLES = 64 }
 
 /* ---- the object ---- */
 
-static const float ball[BALLS][4] = {   /* centre, radius; all inside the unit sphere about the origin */
+static float ball[BALLS][4] = {   /* centre, radius; all inside the unit sphere about the origin */
     { -0.35f, -0.25f, 0.2f, 0.42f }, { 0.4f, -0.3f, 0, 0.4f }, { 0, 0.1f, 0.1f, 0.4f }, { 0.1f, -0.3f, -0.45f, 0.38f },
     { 0.1f, 0.55f, 0.1f, 0.3f }
 };
+static int balls = BALLS;
 static const float floor_y = -0.7f;
 
 static float dot(const float *a, const float *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
@@ -44,14 +46,14 @@ static int cross_pile(const float *p, const float *d, float from, float *enter, 
 {
     float a, b;
     int i, first = -1, grown = 1;
-    for (i = 0; i < BALLS; i++)
+    for (i = 0; i < balls; i++)
         if (cross_ball(p, d, ball[i], &a, &b) && a > from && (first < 0 || a < *enter)) {
             first = i;
             *enter = a;
             *leave = b;
         }
     while (first >= 0 && grown)
-        for (grown = 0, i = 0; i < BALLS; i++)
+        for (grown = 0, i = 0; i < balls; i++)
             if (cross_ball(p, d, ball[i], &a, &b) && a <= *leave && b > *leave) {
                 *leave = b;
                 grown = 1;
@@ -102,6 +104,35 @@ static cohsm_maps *make_maps(void)
             }
         if (result == COHSM_OK) result = cohsm_builder_add(builder, i, z1, z2, NULL);
     }
+    if (result == COHSM_OK) result = cohsm_builder_finish(builder, &maps, NULL);
+    cohsm_builder_free(builder);
+    if (result == COHSM_OK) return maps;
+    fprintf(stderr, "%s\n", cohsm_result_text(result));
+    exit(1);
+}
+
+/* The maps of one ball about the origin, which looks the same from everywhere: one depth between its front and its
+   back, that of the middle, serves a pixel in all views. So each pixel has one segment, and no view is drawn. */
+static cohsm_maps *make_ball(float radius)
+{
+    static cohsm_segment segment[MAP * MAP];
+    cohsm_builder *builder = NULL;
+    cohsm_maps *maps = NULL;
+    cohsm_desc desc;
+    cohsm_result result;
+    uint32_t i;
+    for (i = 0; i < MAP * MAP; i++) {
+        const float x = ((float)(i % MAP) + 0.5f) * 2 / MAP - 1, y = ((float)(i / MAP) + 0.5f) * 2 / MAP - 1;
+        segment[i].pixel = i;
+        /* exactly 0.5 in 16 bits; or of the grid of 8 bits the last value, infinity */
+        segment[i].value = x * x + y * y < radius * radius ? 32767u | 1u << 16 : 255u | 255u << 8;
+    }
+    memset(&desc, 0, sizeof desc);
+    desc.radius = 1;
+    desc.domain.side[0] = desc.domain.side[1] = SIDE;
+    desc.map_side = MAP;
+    result = cohsm_builder_create(&desc, &builder);
+    if (result == COHSM_OK) result = cohsm_builder_import(builder, segment, MAP * MAP);
     if (result == COHSM_OK) result = cohsm_builder_finish(builder, &maps, NULL);
     cohsm_builder_free(builder);
     if (result == COHSM_OK) return maps;
@@ -163,7 +194,14 @@ int main(int count, char **values)
     int x, y, c;
 
     if (!file) return fprintf(stderr, "cannot write the picture\n"), 1;
-    maps = make_maps();
+    if (count > 2 && !strcmp(values[2], "ball")) {
+        static const float one[4] = { 0, 0, 0, 0.6f };
+        memcpy(ball[0], one, sizeof one);
+        balls = 1;
+        maps = make_ball(one[3]);
+    } else {
+        maps = make_maps();
+    }
     if (cohsm_depths(maps, SIDE * SIDE / 3, depths) != COHSM_OK) return 1;
     fprintf(file, "P6 %d %d 255\n", WIDTH, HEIGHT);
     for (y = 0; y < HEIGHT; y++)

@@ -5,7 +5,8 @@
    maps show. gl_rsm.h adds the spot itself.
 
    cc -O2 10b_rsm_ism_gl_minimal.c -lglfw -lm -o rsm_ism_gl_minimal && ./rsm_ism_gl_minimal        Escape ends it
-   ./rsm_ism_gl_minimal picture.ppm                                            one picture, no visible window */
+   ./rsm_ism_gl_minimal picture.ppm                                            one picture, no visible window
+   ./rsm_ism_gl_minimal picture.ppm exact          the same with exact shadows of the plate, to compare the maps with */
 #define GL_BACKEND_IMPLEMENTATION
 #define GL_PROGRAMS_IMPLEMENTATION
 #define GL_GBUFFER_IMPLEMENTATION
@@ -138,6 +139,28 @@ static int frame(app *a, float time)
             return 0;
     a->index++;
     return 1;
+}
+
+/* How much of a VPL a pixel sees, by a ray: the plate alone stands between two places of this room. */
+static const char by_rays[] =
+    "uniform vec4 plate[3];                              // a corner and two edges\n"
+    "float glbk_visible(uint vpl, vec3 position, vec3 geometric_normal)\n"
+    "{\n"
+    "    vec3 ray = ism_read_vpl(vpl).position - position, across = cross(plate[1].xyz, plate[2].xyz);\n"
+    "    float t = dot(plate[0].xyz - position, across) / dot(ray, across);\n"
+    "    vec3 at = position + t * ray - plate[0].xyz;\n"
+    "    vec2 c = vec2(dot(at, plate[1].xyz), dot(at, plate[2].xyz)) / vec2(dot(plate[1], plate[1]), dot(plate[2], plate[2]));\n"
+    "    bool meets = t > 1e-3 && t < 0.999 && all(greaterThan(c, vec2(0.0))) && all(lessThan(c, vec2(1.0)));\n"
+    "    return meets ? 0.0 : 1.0;\n"
+    "}\n";
+
+static void set_plate(void *user, glbk_context *gl)
+{
+    float plate[3][4] = { { 0 } };
+    int k;
+    (void)user;
+    for (k = 0; k < 9; k++) plate[k / 3][k % 3] = quads[QUADS - 1][k];
+    gl->gl.Uniform4fv(gl->gl.GetUniformLocation(gl->program, "plate"), 3, plate[0]);
 }
 
 /* From radiance to what a window shows. */
@@ -303,10 +326,13 @@ static GLFWwindow *open_window(int visible)
 
 int main(int count, char **values)
 {
+    static const glbk_ism_visible exact = { by_rays, set_plate, NULL };
     static app a;
     GLFWwindow *window = open_window(count < 2);
     if (!window) return fail("GLFW", "there is no display, or no OpenGL 3.3");
-    if (!make_all(&a)) return fail("OpenGL", "it does not work");
+    if (!make_all(&a) ||
+        (count > 2 && !strcmp(values[2], "exact") && glbk_ism_renderer_see(&a.gl, &a.ism, &exact) != GLBK_OK))
+        return fail("OpenGL", "it does not work");
     while (!glfwWindowShouldClose(window) && glfwGetKey(window, GLFW_KEY_ESCAPE) != GLFW_PRESS) {
         if (!frame(&a, count > 1 ? 0.0f : (float)glfwGetTime()) || !show(&a, count > 1 ? &a.picture : NULL))
             return fail("light", "it does not work");

@@ -9,35 +9,38 @@ typedef struct example {
     const char *program;
     int         width, height;
     double      mean[3];            /* of the picture's bytes */
+    const char *more;               /* an argument behind the picture's name, or NULL */
 } example;
 
 static const example examples[] = {
-    { "01_csm_minimal", 320, 200, { 195.56, 195.56, 195.56 } },
-    { "01b_lightsampling_minimal", 320, 200, { 81.72, 86.21, 96.21 } },
-    { "01c_lightsampling_path_tracer", 240, 150, { 88.00, 91.53, 100.18 } },
-    { "01d_csm_own_views", 320, 200, { 181.35, 181.35, 181.35 } },
-    { "01f_csm_final_gathering", 160, 128, { 61.42, 56.53, 43.55 } },
-    { "01g_csm_surface_light", 320, 200, { 88.55, 84.60, 90.70 } },
-    { "02_shadowfield_minimal", 256, 256, { 148.16, 146.64, 143.47 } },
-    { "02c_shadowfield_robot", 800, 320, { 153.89, 155.54, 159.90 } },
-    { "03_envshadow_minimal", 320, 200, { 188.60, 189.54, 194.12 } },
-    { "03b_envlights_minimal", 256, 128, { 98.84, 103.10, 99.46 } },
-    { "03c_envshadow_own_maps", 320, 200, { 123.05, 113.91, 112.70 } },
-    { "04a_rsm_minimal", 320, 200, { 101.65, 83.66, 75.48 } },
-    { "04b_ism_minimal", 320, 200, { 104.13, 66.35, 66.35 } },
-    { "04c_gifilter_minimal", 320, 200, { 176.57, 176.57, 176.57 } },
-    { "04d_ism_stages", 768, 192, { 103.29, 100.01, 96.70 } },
-    { "04e_rsm_own_renderer", 640, 120, { 106.32, 101.72, 91.10 } },
-    { "04f_rsm_shadows", 720, 160, { 90.28, 58.41, 58.41 } }
+    { "01_csm_minimal", 320, 200, { 195.56, 195.56, 195.56 }, NULL },
+    { "01b_lightsampling_minimal", 320, 200, { 81.72, 86.21, 96.21 }, NULL },
+    { "01c_lightsampling_path_tracer", 240, 150, { 88.00, 91.53, 100.18 }, NULL },
+    { "01d_csm_own_views", 320, 200, { 181.35, 181.35, 181.35 }, NULL },
+    { "01d_csm_own_views", 320, 200, { 188.82, 188.82, 188.82 }, "ball" },
+    { "01f_csm_final_gathering", 160, 128, { 61.42, 56.53, 43.55 }, NULL },
+    { "01g_csm_surface_light", 320, 200, { 88.55, 84.60, 90.70 }, NULL },
+    { "02_shadowfield_minimal", 256, 256, { 148.16, 146.64, 143.47 }, NULL },
+    { "02c_shadowfield_robot", 800, 320, { 153.89, 155.54, 159.90 }, NULL },
+    { "03_envshadow_minimal", 320, 200, { 188.60, 189.54, 194.12 }, NULL },
+    { "03b_envlights_minimal", 256, 128, { 98.84, 103.10, 99.46 }, NULL },
+    { "03c_envshadow_own_maps", 320, 200, { 123.05, 113.91, 112.70 }, NULL },
+    { "04a_rsm_minimal", 320, 200, { 101.65, 83.66, 75.48 }, NULL },
+    { "04b_ism_minimal", 320, 200, { 104.13, 66.35, 66.35 }, NULL },
+    { "04c_gifilter_minimal", 320, 200, { 176.57, 176.57, 176.57 }, NULL },
+    { "04d_ism_stages", 768, 192, { 103.29, 100.01, 96.70 }, NULL },
+    { "04e_rsm_own_renderer", 640, 120, { 106.32, 101.72, 91.10 }, NULL },
+    { "04f_rsm_shadows", 720, 160, { 90.28, 58.41, 58.41 }, NULL }
 };
 
 static void look(const example *e)
 {
-    char path[64];
+    char path[64], arguments[64];
     double sum[3] = { 0, 0, 0 };
     int width = 0, height = 0, byte, most = 0, k;
     FILE *file;
-    if (run(e->program, "picture.ppm") != 0) fail_msg("%s: %s", e->program, output);
+    snprintf(arguments, sizeof arguments, "picture.ppm %s", e->more ? e->more : "");
+    if (run(e->program, arguments) != 0) fail_msg("%s: %s", e->program, output);
     snprintf(path, sizeof path, "%s/picture.ppm", folder);
     file = fopen(path, "rb");
     assert_non_null(file);

@@ -364,38 +364,58 @@ static void bounced_light_example_draws(void **state)
     assert_true(ceiling[0] > ceiling[2] + 10);
 }
 
-/* A picture of an example, RGB, rows from the top. */
-static const unsigned char *example_picture(const char *name, size_t width, size_t height)
+/* A picture of an example, RGB, rows from the top; `more` are arguments behind its name. */
+static const unsigned char *example_picture_with(const char *name, const char *more, size_t width, size_t height)
 {
     static unsigned char picture[15 + 3 * 640 * 480 + 1];
     char command[600];
     need();
-    snprintf(command, sizeof command, "ASAN_OPTIONS=detect_leaks=0 timeout 240 xvfb-run -a %s/%s %s/own.ppm",
-             build_folder(), name, folder);
+    snprintf(command, sizeof command, "ASAN_OPTIONS=detect_leaks=0 timeout 240 xvfb-run -a %s/%s %s/own.ppm %s",
+             build_folder(), name, folder, more);
     assert_int_equal(system(command), 0);
     assert_int_equal(read_file("own.ppm", picture, sizeof picture), 15 + 3 * width * height);
     return picture + 15;
 }
 
-/* A map that another renderer drew, in colours and normals of 8 bits, gives the picture of the library's own. */
-static void own_map_example_draws_the_same(void **state)
+static const unsigned char *example_picture(const char *name, size_t width, size_t height)
+{
+    return example_picture_with(name, "", width, height);
+}
+
+/* Draws a second picture and compares it with a first one of 640 x 480, byte by byte. */
+static void draws_the_same(const char *first, const char *second, const char *more, int most, double mean)
 {
     enum { BYTES = 3 * 640 * 480 };
     static unsigned char drawn[BYTES];
-    const unsigned char *p = example_picture("07_rsm_gl_minimal", 640, 480);
+    const unsigned char *p = example_picture(first, 640, 480);
     double sum = 0;
     size_t i;
-    int most = 0;
-    (void)state;
+    int worst = 0;
     memcpy(drawn, p, BYTES);
-    p = example_picture("07b_rsm_own_maps_gl_minimal", 640, 480);
+    p = example_picture_with(second, more, 640, 480);
     for (i = 0; i < BYTES; i++) {
         const int off = abs((int)p[i] - (int)drawn[i]);
-        most = off > most ? off : most;
+        worst = off > worst ? off : worst;
         sum += off;
     }
-    assert_true(most <= 12);
-    assert_true(sum / BYTES < 0.2);
+    printf("%s %s: off by %.3f in the mean, %d at most\n", second, more, sum / BYTES, worst);
+    assert_true(worst <= most);
+    assert_true(sum / BYTES < mean);
+}
+
+/* A map that another renderer drew, in colours and normals of 8 bits, gives the picture of the library's own. */
+static void own_map_example_draws_the_same(void **state)
+{
+    (void)state;
+    draws_the_same("07_rsm_gl_minimal", "07b_rsm_own_maps_gl_minimal", "", 12, 0.2);
+}
+
+/* A ray through the plate, in GLSL of the example, shadows as the maps do; without the plate's shadow the floor under
+   it is 40 and more brighter (shadowed_bounce_example_draws). */
+static void own_visibility_draws_the_shadows_of_the_maps(void **state)
+{
+    (void)state;
+    draws_the_same("10b_rsm_ism_gl_minimal", "10b_rsm_ism_gl_minimal", "exact", 20, 0.2);
 }
 
 /* Shadows of the sun are blue, since the sky still lights them. */
@@ -670,6 +690,7 @@ int main(int count, char **values)
         cmocka_unit_test(own_map_example_draws_the_same), cmocka_unit_test(sky_example_draws),
         cmocka_unit_test(fields_example_draws), cmocka_unit_test(own_shadow_example_draws),
         cmocka_unit_test(vpls_example_draws), cmocka_unit_test(shadowed_bounce_example_draws),
+        cmocka_unit_test(own_visibility_draws_the_shadows_of_the_maps),
         cmocka_unit_test(own_vertices_example_draws),
         cmocka_unit_test(sky_and_bounce_example_draws), cmocka_unit_test(deferred_example_draws),
         cmocka_unit_test(compute_example_draws),
