@@ -189,8 +189,8 @@ static cohsm_result cohsm__place_all(cohsm__placing *c, const cohsm_places_desc 
     step = cohsm__part_of(part, 0.7f, 0.8f);
     if (result == COHSM_OK) result = cohsm__placing_grow(c, d->place_count, &step);
     for (i = 0; i < COHSM__MOST_EXCHANGES && changed && result == COHSM_OK; i++) {
-        step = cohsm__part_of(part, 0.8f + 0.2f * (float)i / COHSM__MOST_EXCHANGES,
-                              0.8f + 0.2f * (float)(i + 1) / COHSM__MOST_EXCHANGES);
+        step = cohsm__part_of(part, 0.8f + 0.2f * (float)i / (float)COHSM__MOST_EXCHANGES,
+                              0.8f + 0.2f * (float)(i + 1) / (float)COHSM__MOST_EXCHANGES);
         result = cohsm__placing_exchange(c, &step, &changed);
     }
     return result;
