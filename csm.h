@@ -228,9 +228,9 @@ COHSM_DEF cohsm_result cohsm_build(const struct cohsm_desc *desc, const struct c
    desc     NULL = all defaults: 128 x 128 directions, each map 128 x 128 pixels
    out      receives the maps, on COHSM_OK only; give them back by cohsm_free
    stats    may be NULL; receives what the build counted, on COHSM_OK only
-   Errors   COHSM_ERR_ARGUMENT (NULL, a stride, an index count that is no multiple of 3), COHSM_ERR_DESC,
-            COHSM_ERR_INPUT (an index beyond vertex_count, no usable triangle, a location), COHSM_ERR_LIMIT,
-            COHSM_ERR_ALLOC, COHSM_ERR_CANCELLED
+   Errors   COHSM_ERR_ARGUMENT (NULL, a stride, a count of corners that is 0 or no multiple of 3, both kinds
+            of indices), COHSM_ERR_DESC, COHSM_ERR_INPUT (an index beyond vertex_count, no usable triangle, a
+            location), COHSM_ERR_LIMIT (2^31 corners, maps of 4 GiB), COHSM_ERR_ALLOC, COHSM_ERR_CANCELLED
    Cost     Time grows with maps x (triangles + pixels). The memory needed is the sum of these, for N maps of
             M pixels a side, of which a shard has n pixels (M^2 without shards): at most 100 bytes a triangle
             at first, then 40 (44 with a mask); 32 views of 4 M^2 bytes (Z1Z2) or 8 M^2; 80 n; 4 N (20 N with
@@ -451,8 +451,9 @@ typedef enum cohsm_layers {         /* how far behind the first hit a stored dep
 
 typedef enum cohsm_order {          /* the sequence in which maps are stored; the more alike neighbours look,
                                        the smaller the block */
-    COHSM_ORDER_DEFAULT,            /* cohsm_build tries orders on small versions of the build, which takes a
-                                       seventh of its time; a cohsm_builder takes HILBERT */
+    COHSM_ORDER_DEFAULT,            /* LATLONG to VOLUME: cohsm_build tries HILBERT and ZIGZAG_THETA on small
+                                       versions of the build, which takes a seventh of its time. HILBERT for
+                                       TABLE and a cohsm_builder; LINE and LIST are always SCANLINE */
     COHSM_ORDER_SCANLINE,           /* lines along the first dimension, one after another */
     COHSM_ORDER_ZIGZAG,             /* the same lines, every other one backwards */
     COHSM_ORDER_ZIGZAG_THETA,       /* zig-zag by lines along the second dimension */
@@ -462,8 +463,8 @@ typedef enum cohsm_order {          /* the sequence in which maps are stored; th
 } cohsm_order;
 
 typedef enum cohsm_orientation {    /* which way is up in the image of a direction's map */
-    COHSM_ORIENTATION_DEFAULT,      /* cohsm_build tries them together with the order; a cohsm_builder takes
-                                       POLAR */
+    COHSM_ORIENTATION_DEFAULT,      /* cohsm_build tries POLAR and TWO_POLES with each order. POLAR for TABLE,
+                                       LIST and a cohsm_builder */
     COHSM_ORIENTATION_POLAR,        /* up is towards +Y; right is towards larger s of LATLONG */
     COHSM_ORIENTATION_MINIMAL,      /* axes follow from those at +Y by the shortest rotation to the direction;
                                        they turn fast near -Y */
@@ -489,8 +490,9 @@ typedef struct cohsm_domain {
                                        for TABLE and for dimensions that the kind does not have */
     float origin[3], u[3], v[3], w[3]; /* the shape of LINE to VOLUME, in the mesh's space and units */
     const float *locations;         /* TABLE, LIST: x, y, z, w of each cell, the first dimension fastest; w is
-                                       0 for all or 1 for all. The library copies them */
-    size_t location_count;          /* TABLE: the product of side; LIST: N, and side is ignored */
+                                       0 for all (x, y, z of any length but 0) or 1 for all. The library
+                                       copies them */
+    size_t location_count;          /* TABLE: the product of side; LIST: N, 1..2^24, and side is ignored */
 } cohsm_domain;
 
 typedef struct cohsm_desc {         /* zero it, then set what you care about */
@@ -510,8 +512,8 @@ typedef struct cohsm_desc {         /* zero it, then set what you care about */
     int          self_only;         /* not 0: pixels that nothing hits may store anything. The block is
                                        smaller, and answers only for points on the object's own surface */
     float        center[3], radius; /* a sphere that holds the mesh, in the mesh's units, radius 1e-18..1e18;
-                                       0 = fitted to the mesh (a cohsm_builder, which has no mesh, needs the
-                                       sphere) */
+                                       0 = the sphere is fitted to the mesh, center too (a cohsm_builder,
+                                       which has no mesh, needs a sphere) */
     uint32_t     pixel_begin, pixel_end;   /* a shard, for cohsm_merge: only the pixels begin..end - 1 of the
                                        map_side^2 of every map are built; 0, 0 = all */
     cohsm_layout layout;            /* how the finished maps lie in memory */
@@ -531,8 +533,8 @@ typedef struct cohsm_stats {        /* what a build counted */
                                        equal */
     uint32_t duplicate_triangles;   /* triangles left out because an earlier one had the same three corners,
                                        in any order */
-    cohsm_order order;              /* the sequence in which the maps are stored: desc.order, or for
-                                       COHSM_ORDER_DEFAULT the one that the build chose */
+    cohsm_order order;              /* the sequence in which the maps are stored: desc.order, or the one that
+                                       COHSM_ORDER_DEFAULT and the kind of the domain led to */
     size_t   peak_bytes;            /* the most bytes that the allocator had given out at once */
 } cohsm_stats;
 
@@ -543,7 +545,7 @@ COHSM_DEF cohsm_result cohsm_budget(const cohsm_desc *desc, const cohsm_mesh *me
    of side 16 and 32 and continued by their growth, with a tenth in reserve. The expected error is
    0.0055 (128 / side) + 0.0185 sqrt(128 / M), the share of rays that snapping to directions and to pixels
    gets wrong on the bunny (docs/csm.md).
-   desc     NULL = all defaults; its domain.side and map_side are ignored
+   desc     NULL = all defaults; its domain.side, map_side, pixels of a shard and layout are ignored
    side, map_side   receive what to write into domain.side[0], domain.side[1] and map_side, on COHSM_OK only
    Errors   those of cohsm_build; COHSM_ERR_DESC also for another domain, COHSM_ERR_LIMIT also if not even
             side 8 with M = 16 fits
@@ -554,7 +556,7 @@ COHSM_DEF cohsm_result cohsm_budget(const cohsm_desc *desc, const cohsm_mesh *me
 
 /* ---- facts of maps ---- */
 
-typedef struct cohsm_info {
+typedef struct cohsm_info {         /* what has no comment is as in cohsm_desc, its defaults filled in */
     cohsm_domain_kind domain;
     cohsm_layers layers;
     cohsm_order  order;
@@ -570,7 +572,7 @@ typedef struct cohsm_info {
     uint32_t pixel_begin, pixel_end;
     float    center[3], radius;
     float    depth_far;             /* positions: the distance that a depth of 1 stands for */
-    uint64_t segment_count;
+    uint64_t segment_count;         /* of all pixels together */
     size_t   bytes;                 /* of the block */
     cohsm_layout layout;            /* COHSM_LAYOUT_COMPACT or COHSM_LAYOUT_FAST */
     size_t   fast_bytes;            /* of the trays beside the block; 0 where the layout is compact */
@@ -780,7 +782,7 @@ typedef struct cohsm_places_desc {
                                            places are compared */
     const float       *receivers;       /* x, y, z of points as those that will ask, some thousands, in the
                                            space of the maps */
-    size_t             receiver_count;
+    size_t             receiver_count;  /* 1..2^28 */
     size_t             receiver_stride; /* bytes, a multiple of 4, >= 12; 0 = 12 */
     uint32_t           place_count;     /* K, how many of the candidates to choose, 1..N */
     float              bias;            /* as in cohsm_query */
@@ -822,7 +824,8 @@ COHSM_DEF cohsm_result cohsm_builder_create(const cohsm_desc *desc, cohsm_builde
 /* Makes a builder, which cohsm_builder_free takes back. Since a builder knows no mesh, cohsm_visible refuses
    semi-local lights inside a k-DOP of the bounding sphere, in place of those inside the object's hull.
    desc     needs center and a radius of 1e-18..1e18; its system serves all calls of the builder
-   Errors   COHSM_ERR_ARGUMENT (NULL), COHSM_ERR_DESC, COHSM_ERR_LIMIT, COHSM_ERR_ALLOC
+   Errors   COHSM_ERR_ARGUMENT (NULL), COHSM_ERR_DESC, COHSM_ERR_INPUT (a location), COHSM_ERR_LIMIT,
+            COHSM_ERR_ALLOC
    Cost     A builder never holds all maps: its memory is that of cohsm_build without the triangles */
 
 COHSM_DEF uint32_t cohsm_builder_view_count(const cohsm_builder *builder);

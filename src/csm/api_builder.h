@@ -18,7 +18,8 @@ COHSM_DEF cohsm_result cohsm_builder_create(const cohsm_desc *desc, cohsm_builde
 /* Makes a builder, which cohsm_builder_free takes back. Since a builder knows no mesh, cohsm_visible refuses
    semi-local lights inside a k-DOP of the bounding sphere, in place of those inside the object's hull.
    desc     needs center and a radius of 1e-18..1e18; its system serves all calls of the builder
-   Errors   COHSM_ERR_ARGUMENT (NULL), COHSM_ERR_DESC, COHSM_ERR_LIMIT, COHSM_ERR_ALLOC
+   Errors   COHSM_ERR_ARGUMENT (NULL), COHSM_ERR_DESC, COHSM_ERR_INPUT (a location), COHSM_ERR_LIMIT,
+            COHSM_ERR_ALLOC
    Cost     A builder never holds all maps: its memory is that of cohsm_build without the triangles */
 
 COHSM_DEF uint32_t cohsm_builder_view_count(const cohsm_builder *builder);

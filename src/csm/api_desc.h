@@ -36,8 +36,9 @@ typedef enum cohsm_layers {         /* how far behind the first hit a stored dep
 
 typedef enum cohsm_order {          /* the sequence in which maps are stored; the more alike neighbours look,
                                        the smaller the block */
-    COHSM_ORDER_DEFAULT,            /* cohsm_build tries orders on small versions of the build, which takes a
-                                       seventh of its time; a cohsm_builder takes HILBERT */
+    COHSM_ORDER_DEFAULT,            /* LATLONG to VOLUME: cohsm_build tries HILBERT and ZIGZAG_THETA on small
+                                       versions of the build, which takes a seventh of its time. HILBERT for
+                                       TABLE and a cohsm_builder; LINE and LIST are always SCANLINE */
     COHSM_ORDER_SCANLINE,           /* lines along the first dimension, one after another */
     COHSM_ORDER_ZIGZAG,             /* the same lines, every other one backwards */
     COHSM_ORDER_ZIGZAG_THETA,       /* zig-zag by lines along the second dimension */
@@ -47,8 +48,8 @@ typedef enum cohsm_order {          /* the sequence in which maps are stored; th
 } cohsm_order;
 
 typedef enum cohsm_orientation {    /* which way is up in the image of a direction's map */
-    COHSM_ORIENTATION_DEFAULT,      /* cohsm_build tries them together with the order; a cohsm_builder takes
-                                       POLAR */
+    COHSM_ORIENTATION_DEFAULT,      /* cohsm_build tries POLAR and TWO_POLES with each order. POLAR for TABLE,
+                                       LIST and a cohsm_builder */
     COHSM_ORIENTATION_POLAR,        /* up is towards +Y; right is towards larger s of LATLONG */
     COHSM_ORIENTATION_MINIMAL,      /* axes follow from those at +Y by the shortest rotation to the direction;
                                        they turn fast near -Y */
@@ -74,8 +75,9 @@ typedef struct cohsm_domain {
                                        for TABLE and for dimensions that the kind does not have */
     float origin[3], u[3], v[3], w[3]; /* the shape of LINE to VOLUME, in the mesh's space and units */
     const float *locations;         /* TABLE, LIST: x, y, z, w of each cell, the first dimension fastest; w is
-                                       0 for all or 1 for all. The library copies them */
-    size_t location_count;          /* TABLE: the product of side; LIST: N, and side is ignored */
+                                       0 for all (x, y, z of any length but 0) or 1 for all. The library
+                                       copies them */
+    size_t location_count;          /* TABLE: the product of side; LIST: N, 1..2^24, and side is ignored */
 } cohsm_domain;
 
 typedef struct cohsm_desc {         /* zero it, then set what you care about */
@@ -95,8 +97,8 @@ typedef struct cohsm_desc {         /* zero it, then set what you care about */
     int          self_only;         /* not 0: pixels that nothing hits may store anything. The block is
                                        smaller, and answers only for points on the object's own surface */
     float        center[3], radius; /* a sphere that holds the mesh, in the mesh's units, radius 1e-18..1e18;
-                                       0 = fitted to the mesh (a cohsm_builder, which has no mesh, needs the
-                                       sphere) */
+                                       0 = the sphere is fitted to the mesh, center too (a cohsm_builder,
+                                       which has no mesh, needs a sphere) */
     uint32_t     pixel_begin, pixel_end;   /* a shard, for cohsm_merge: only the pixels begin..end - 1 of the
                                        map_side^2 of every map are built; 0, 0 = all */
     cohsm_layout layout;            /* how the finished maps lie in memory */
@@ -116,8 +118,8 @@ typedef struct cohsm_stats {        /* what a build counted */
                                        equal */
     uint32_t duplicate_triangles;   /* triangles left out because an earlier one had the same three corners,
                                        in any order */
-    cohsm_order order;              /* the sequence in which the maps are stored: desc.order, or for
-                                       COHSM_ORDER_DEFAULT the one that the build chose */
+    cohsm_order order;              /* the sequence in which the maps are stored: desc.order, or the one that
+                                       COHSM_ORDER_DEFAULT and the kind of the domain led to */
     size_t   peak_bytes;            /* the most bytes that the allocator had given out at once */
 } cohsm_stats;
 
@@ -128,7 +130,7 @@ COHSM_DEF cohsm_result cohsm_budget(const cohsm_desc *desc, const cohsm_mesh *me
    of side 16 and 32 and continued by their growth, with a tenth in reserve. The expected error is
    0.0055 (128 / side) + 0.0185 sqrt(128 / M), the share of rays that snapping to directions and to pixels
    gets wrong on the bunny (docs/csm.md).
-   desc     NULL = all defaults; its domain.side and map_side are ignored
+   desc     NULL = all defaults; its domain.side, map_side, pixels of a shard and layout are ignored
    side, map_side   receive what to write into domain.side[0], domain.side[1] and map_side, on COHSM_OK only
    Errors   those of cohsm_build; COHSM_ERR_DESC also for another domain, COHSM_ERR_LIMIT also if not even
             side 8 with M = 16 fits

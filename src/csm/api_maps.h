@@ -1,6 +1,6 @@
 /* ---- facts of maps ---- */
 
-typedef struct cohsm_info {
+typedef struct cohsm_info {         /* what has no comment is as in cohsm_desc, its defaults filled in */
     cohsm_domain_kind domain;
     cohsm_layers layers;
     cohsm_order  order;
@@ -16,7 +16,7 @@ typedef struct cohsm_info {
     uint32_t pixel_begin, pixel_end;
     float    center[3], radius;
     float    depth_far;             /* positions: the distance that a depth of 1 stands for */
-    uint64_t segment_count;
+    uint64_t segment_count;         /* of all pixels together */
     size_t   bytes;                 /* of the block */
     cohsm_layout layout;            /* COHSM_LAYOUT_COMPACT or COHSM_LAYOUT_FAST */
     size_t   fast_bytes;            /* of the trays beside the block; 0 where the layout is compact */

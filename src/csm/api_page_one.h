@@ -35,9 +35,9 @@ COHSM_DEF cohsm_result cohsm_build(const struct cohsm_desc *desc, const struct c
    desc     NULL = all defaults: 128 x 128 directions, each map 128 x 128 pixels
    out      receives the maps, on COHSM_OK only; give them back by cohsm_free
    stats    may be NULL; receives what the build counted, on COHSM_OK only
-   Errors   COHSM_ERR_ARGUMENT (NULL, a stride, an index count that is no multiple of 3), COHSM_ERR_DESC,
-            COHSM_ERR_INPUT (an index beyond vertex_count, no usable triangle, a location), COHSM_ERR_LIMIT,
-            COHSM_ERR_ALLOC, COHSM_ERR_CANCELLED
+   Errors   COHSM_ERR_ARGUMENT (NULL, a stride, a count of corners that is 0 or no multiple of 3, both kinds
+            of indices), COHSM_ERR_DESC, COHSM_ERR_INPUT (an index beyond vertex_count, no usable triangle, a
+            location), COHSM_ERR_LIMIT (2^31 corners, maps of 4 GiB), COHSM_ERR_ALLOC, COHSM_ERR_CANCELLED
    Cost     Time grows with maps x (triangles + pixels). The memory needed is the sum of these, for N maps of
             M pixels a side, of which a shard has n pixels (M^2 without shards): at most 100 bytes a triangle
             at first, then 40 (44 with a mask); 32 views of 4 M^2 bytes (Z1Z2) or 8 M^2; 80 n; 4 N (20 N with

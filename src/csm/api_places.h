@@ -7,7 +7,7 @@ typedef struct cohsm_places_desc {
                                            places are compared */
     const float       *receivers;       /* x, y, z of points as those that will ask, some thousands, in the
                                            space of the maps */
-    size_t             receiver_count;
+    size_t             receiver_count;  /* 1..2^28 */
     size_t             receiver_stride; /* bytes, a multiple of 4, >= 12; 0 = 12 */
     uint32_t           place_count;     /* K, how many of the candidates to choose, 1..N */
     float              bias;            /* as in cohsm_query */
