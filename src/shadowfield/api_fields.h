@@ -39,19 +39,19 @@ typedef struct sfield_desc {        /* zero it, then set what you care about */
                                        0..1; 0 = 0.01 */
     float          window;          /* of harmonics: the strength of sfield_sh_window for every cube, 0..1e6;
                                        0 = no window */
-    int            logarithm;       /* of harmonics: not 0 stores the logarithm of visibility, which
-                                       SFIELD_PRODUCT_EXP needs */
+    int            logarithm;       /* of occlusion in harmonics: not 0 stores the logarithm of visibility,
+                                       which SFIELD_PRODUCT_EXP needs */
     uint32_t       frame_count;     /* of sources: steps of time, 1..256; 0 = 1 */
     float          frames_per_second; /* of sources, 1e-6..1e6; 0 = 30 */
     int            loop;            /* not 0: after the last frame comes the first; 0: the last stays */
     float          center[3];       /* of the bounding sphere, -1e18..1e18 */
     float          radius;          /* of the bounding sphere, which must hold the mesh or emitter,
-                                       1e-18..1e18. 0 = the sphere is fitted, center too; callbacks need a
-                                       radius */
+                                       1e-18..1e18. 0 = fitted: to a mesh, center too; to an emitter about
+                                       center, where the emitter stands. Callbacks need a radius */
     uint32_t       shard_begin;     /* to build in parts, each by another process: the first shell of this
                                        part, counted through all frames */
     uint32_t       shard_end;       /* the shell after the last one of this part; 0 = all shells, the whole
-                                       field. sfield_merge joins the parts */
+                                       field, as self-visibility needs. sfield_merge joins the parts */
     int            keep_inside;     /* not 0: sample points inside a closed mesh see nothing, as in the paper;
                                        0: they take the view from just outside the surface */
 } sfield_desc;

@@ -154,9 +154,9 @@
 
    All memory comes from the system's allocator, called from the thread that called us. Every function that
    can fail returns a sfield_result. If the result is not SFIELD_OK, outputs are untouched and nothing leaks,
-   and the system's log is told which argument, field or element has which value, and what the value must be.
-   Fields, algebras and scenes keep allocator, log and user of the system that they were made with: these must
-   live as long. A call that is given NULL in place of such an object, or none, has no log.
+   and the system's log is told which argument, field or element has which value, and what it must be; that
+   memory ran out the result may tell alone. Fields, algebras and scenes keep allocator, log and user of the
+   system that they were made with: these must live as long. A call without such an object has no log.
    There are no globals: any number of threads may read fields and algebras at once. A scene belongs to one
    call at a time, which spreads its work by your parallel_for. Built fields have the same bytes on every
    compiler, processor, byte order and thread count (not with x87 arithmetic, nor with clang's -ffast-math).
