@@ -299,8 +299,8 @@ typedef struct rsm_light {          /* of its fields near_depth and far_depth al
     float cone_half_angle;          /* of a spot: from its axis to its rim, above 0.0005, at most 3.14; of a
                                        square spot: from its axis to the middle of a side, at most 1 */
     float near_depth, far_depth;    /* the map holds surfaces between these distances along a face's axis, up
-                                       to 1e9. Both 0 = -radius..radius (sun), 0.001..1000 (others); to set
-                                       one set both */
+                                       to 1e9; near_depth is above 0 but for a sun. Both 0 = -radius..radius
+                                       (sun), 0.001..1000 (others); to set one set both */
 } rsm_light;
 
 typedef enum rsm_rows {             /* which row of a picture in memory comes first */
@@ -351,8 +351,8 @@ typedef struct rsm_mesh {           /* triangles that the light may see */
     const uint16_t *indices16;      /* in place of indices; not both */
     const float    *transform;      /* object to world, 16 floats, affine (the last row counts as 0 0 0 1);
                                        NULL = none */
-    float           albedo[3];      /* linear reflectance, 0..1 (more is not refused), where surface_fn is
-                                       NULL */
+    float           albedo[3];      /* linear reflectance, 0..1 (only above 1e6 is it refused), where
+                                       surface_fn is NULL */
     uint32_t        material;       /* number of the Phong lobe of the mesh's texels, from 1; 0 = none */
     rsm_mask_fn     mask_fn;        /* holes of an alpha mask, asked for at centres of texels; NULL = none */
     void (*surface_fn)(void *user, const struct rsm_mesh *mesh, uint32_t triangle, const float weights[3],
@@ -377,7 +377,7 @@ typedef struct rsm_points {         /* receivers: pixels of a picture, row by ro
     const float    *open;           /* share of bounced light that reaches each, 1 = all, as in glTF's ambient
                                        occlusion: a factor, of which more than 1 counts as 1, less than 0
                                        and NaN as 0; NULL = 1 */
-    size_t          open_stride; /* bytes, a multiple of 4; 0 = 4 */
+    size_t          open_stride;    /* bytes, a multiple of 4; 0 = 4 */
     uint32_t        width;          /* pixels in a row of the picture; 0 = no picture */
     const uint32_t *indices;        /* only these points are lit, each once; NULL = all */
     size_t          index_count;
@@ -468,18 +468,18 @@ RSM_DEF rsm_result rsm_map_project(const rsm_map *map, const float point[3], uin
 typedef struct rsm_buffers {        /* one face as your renderer drew it: `side` rows of `side` pixels each,
                                        row after row */
     const float    *positions;      /* world; NULL: computed from depth */
-    size_t          position_stride; /* bytes from one pixel to the next, a multiple of 4; 0 = 12 */
+    size_t          position_stride; /* bytes from one pixel to the next, a multiple of 4, >= 12; 0 = 12 */
     const float    *depth;          /* what a depth buffer holds, as clip_depth says. If there are positions,
                                        depth only marks the background, by the far value, and may be NULL */
-    size_t          depth_stride;   /* bytes; 0 = 4 */
+    size_t          depth_stride;   /* bytes, a multiple of 4; 0 = 4 */
     const float    *normals;        /* world, any length. 0 0 0 marks the background */
-    size_t          normal_stride;  /* bytes; 0 = 12 */
+    size_t          normal_stride;  /* as position_stride */
     const float    *albedo;         /* linear reflectance, 0..1: more is not refused */
-    size_t          albedo_stride;  /* bytes; 0 = 12 */
+    size_t          albedo_stride;  /* as position_stride */
     const uint8_t  *albedo_srgb;    /* 8-bit sRGB, used if albedo is NULL. If both are NULL the albedo is 1 */
-    size_t          albedo_srgb_stride; /* bytes; 0 = 4 */
+    size_t          albedo_srgb_stride; /* bytes, >= 3; 0 = 4 */
     const uint32_t *materials;      /* numbers of Phong lobes; NULL: none */
-    size_t          material_stride; /* bytes; 0 = 4 */
+    size_t          material_stride; /* as depth_stride */
 } rsm_buffers;
 
 RSM_DEF rsm_result rsm_fill(rsm_map *map, uint32_t face, const rsm_buffers *buffers);
@@ -3076,20 +3076,22 @@ RSM_DEF rsm_result rsm_redraw(rsm_map *map, const rsm_light *light, const rsm_me
     uint64_t key;
     rsm_stats own;
     rsm_result result;
+    int same;
     if (!map) return RSM_ERR_ARGUMENT;
     if (!meshes && mesh_count) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "meshes", "is NULL");
     now = light ? *light : map->desc.light;
     result = rsm__light_check(&log, &now);
     if (result == RSM_OK) result = rsm__find_key(&log, map, &now, meshes, mesh_count, &key);
     if (result != RSM_OK) return result;
-    if (kept) *kept = key && map->finished && map->key == key;
-    if (!(key && map->finished && map->key == key)) {
+    same = key && map->finished && map->key == key;
+    if (!same) {
         result = rsm_map_restart(map, &now);
         if (result == RSM_OK) result = rsm_rasterize(map, meshes, mesh_count);
         if (result == RSM_OK) result = rsm_finish(map, &own);
         if (result != RSM_OK) return result;
         map->key = key;
     }
+    if (kept) *kept = same;
     if (stats) *stats = map->stats;
     return RSM_OK;
 }

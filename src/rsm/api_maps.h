@@ -81,18 +81,18 @@ RSM_DEF rsm_result rsm_map_project(const rsm_map *map, const float point[3], uin
 typedef struct rsm_buffers {        /* one face as your renderer drew it: `side` rows of `side` pixels each,
                                        row after row */
     const float    *positions;      /* world; NULL: computed from depth */
-    size_t          position_stride; /* bytes from one pixel to the next, a multiple of 4; 0 = 12 */
+    size_t          position_stride; /* bytes from one pixel to the next, a multiple of 4, >= 12; 0 = 12 */
     const float    *depth;          /* what a depth buffer holds, as clip_depth says. If there are positions,
                                        depth only marks the background, by the far value, and may be NULL */
-    size_t          depth_stride;   /* bytes; 0 = 4 */
+    size_t          depth_stride;   /* bytes, a multiple of 4; 0 = 4 */
     const float    *normals;        /* world, any length. 0 0 0 marks the background */
-    size_t          normal_stride;  /* bytes; 0 = 12 */
+    size_t          normal_stride;  /* as position_stride */
     const float    *albedo;         /* linear reflectance, 0..1: more is not refused */
-    size_t          albedo_stride;  /* bytes; 0 = 12 */
+    size_t          albedo_stride;  /* as position_stride */
     const uint8_t  *albedo_srgb;    /* 8-bit sRGB, used if albedo is NULL. If both are NULL the albedo is 1 */
-    size_t          albedo_srgb_stride; /* bytes; 0 = 4 */
+    size_t          albedo_srgb_stride; /* bytes, >= 3; 0 = 4 */
     const uint32_t *materials;      /* numbers of Phong lobes; NULL: none */
-    size_t          material_stride; /* bytes; 0 = 4 */
+    size_t          material_stride; /* as depth_stride */
 } rsm_buffers;
 
 RSM_DEF rsm_result rsm_fill(rsm_map *map, uint32_t face, const rsm_buffers *buffers);

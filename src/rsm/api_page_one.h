@@ -126,8 +126,8 @@ typedef struct rsm_light {          /* of its fields near_depth and far_depth al
     float cone_half_angle;          /* of a spot: from its axis to its rim, above 0.0005, at most 3.14; of a
                                        square spot: from its axis to the middle of a side, at most 1 */
     float near_depth, far_depth;    /* the map holds surfaces between these distances along a face's axis, up
-                                       to 1e9. Both 0 = -radius..radius (sun), 0.001..1000 (others); to set
-                                       one set both */
+                                       to 1e9; near_depth is above 0 but for a sun. Both 0 = -radius..radius
+                                       (sun), 0.001..1000 (others); to set one set both */
 } rsm_light;
 
 typedef enum rsm_rows {             /* which row of a picture in memory comes first */
@@ -178,8 +178,8 @@ typedef struct rsm_mesh {           /* triangles that the light may see */
     const uint16_t *indices16;      /* in place of indices; not both */
     const float    *transform;      /* object to world, 16 floats, affine (the last row counts as 0 0 0 1);
                                        NULL = none */
-    float           albedo[3];      /* linear reflectance, 0..1 (more is not refused), where surface_fn is
-                                       NULL */
+    float           albedo[3];      /* linear reflectance, 0..1 (only above 1e6 is it refused), where
+                                       surface_fn is NULL */
     uint32_t        material;       /* number of the Phong lobe of the mesh's texels, from 1; 0 = none */
     rsm_mask_fn     mask_fn;        /* holes of an alpha mask, asked for at centres of texels; NULL = none */
     void (*surface_fn)(void *user, const struct rsm_mesh *mesh, uint32_t triangle, const float weights[3],
@@ -204,7 +204,7 @@ typedef struct rsm_points {         /* receivers: pixels of a picture, row by ro
     const float    *open;           /* share of bounced light that reaches each, 1 = all, as in glTF's ambient
                                        occlusion: a factor, of which more than 1 counts as 1, less than 0
                                        and NaN as 0; NULL = 1 */
-    size_t          open_stride; /* bytes, a multiple of 4; 0 = 4 */
+    size_t          open_stride;    /* bytes, a multiple of 4; 0 = 4 */
     uint32_t        width;          /* pixels in a row of the picture; 0 = no picture */
     const uint32_t *indices;        /* only these points are lit, each once; NULL = all */
     size_t          index_count;

@@ -130,20 +130,22 @@ RSM_DEF rsm_result rsm_redraw(rsm_map *map, const rsm_light *light, const rsm_me
     uint64_t key;
     rsm_stats own;
     rsm_result result;
+    int same;
     if (!map) return RSM_ERR_ARGUMENT;
     if (!meshes && mesh_count) return rsm__refuse(&log, RSM_ERR_ARGUMENT, "meshes", "is NULL");
     now = light ? *light : map->desc.light;
     result = rsm__light_check(&log, &now);
     if (result == RSM_OK) result = rsm__find_key(&log, map, &now, meshes, mesh_count, &key);
     if (result != RSM_OK) return result;
-    if (kept) *kept = key && map->finished && map->key == key;
-    if (!(key && map->finished && map->key == key)) {
+    same = key && map->finished && map->key == key;
+    if (!same) {
         result = rsm_map_restart(map, &now);
         if (result == RSM_OK) result = rsm_rasterize(map, meshes, mesh_count);
         if (result == RSM_OK) result = rsm_finish(map, &own);
         if (result != RSM_OK) return result;
         map->key = key;
     }
+    if (kept) *kept = same;
     if (stats) *stats = map->stats;
     return RSM_OK;
 }

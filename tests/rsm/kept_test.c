@@ -211,6 +211,7 @@ static void a_failed_drawing_is_drawn_again(void **state)
         result = rsm_redraw(map_of_test, &lamp, scene, 3, &kept, NULL);
         if (result == RSM_ERR_CANCELLED) {
             rsm_light none = lamp;
+            assert_int_equal(kept, 7);                  /* outputs are untouched */
             left = 1 << 30;
             lamp = none;
             next(0);
@@ -230,7 +231,9 @@ static void a_failed_drawing_is_drawn_again(void **state)
     lamp.radius = d.light.radius;
     next(1);                                            /* errors of arguments leave the map */
     floor_indices[0] = 4;
-    assert_int_equal(rsm_redraw(map_of_test, &lamp, scene, 3, NULL, NULL), RSM_ERR_INPUT);
+    kept = 7;
+    assert_int_equal(rsm_redraw(map_of_test, &lamp, scene, 3, &kept, NULL), RSM_ERR_INPUT);
+    assert_int_equal(kept, 7);
     floor_indices[0] = 0;
     next(0);
     assert_int_equal(rsm_redraw(map_of_test, NULL, scene, 3, &kept, NULL), RSM_OK);
