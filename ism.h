@@ -254,7 +254,7 @@ ISM_DEF ism_result ism_create(const ism_desc *desc, ism_maps **out);
 
 ISM_DEF ism_result ism_render(ism_maps *maps, const ism_frame *frame, const ism_shading *shading, float *out,
                               ism_stats *stats);
-/* Lights the frame's receivers: ism_choose, ism_build and ism_shade in one call.
+/* Lights the frame's receivers: ism_choose, ism_build (if shading asks the maps) and ism_shade in one call.
    shading  NULL = all defaults
    out      3 floats for each receiver: irradiance in W/m^2, or radiance in W/(sr m^2) if the receivers have
             albedos; untouched on failure
@@ -336,7 +336,7 @@ typedef struct ism_points {         /* receivers: pixels of a picture, row by ro
     const float *normals;           /* unit; 0 0 0: no receiver, its result is 0 */
     size_t       normal_stride;     /* bytes, a multiple of 4, >= 12; 0 = 12 */
     const float *geometric_normals; /* unit normals of the triangles, on whose planes depths are compared with
-                                       those of maps; NULL = normals */
+                                       those of maps; NULL, and 0 0 0 of one = normals */
     size_t       geometric_normal_stride;   /* as normal_stride */
     const float *albedos;           /* r, g, b of each; NULL: results are irradiances */
     size_t       albedo_stride;     /* as normal_stride */
@@ -639,7 +639,7 @@ ISM_DEF const ism_near_point *ism_near_points(const ism_maps *maps, size_t *coun
 
 ISM_DEF const float *ism_importances(const ism_maps *maps, size_t source, size_t *count);
 /* Returns the importances of a source's texels (its bidirectional reflective shadow map) as ism_choose left
-   them, and writes how many there are. Returns NULL if there is no such source, or if the choice failed. */
+   them, and how many to count, if that is not NULL. Returns NULL without such a source or a choice. */
 
 #ifndef ISM_WITHOUT_SURFELS
 /* ---- surfels: for those who draw the maps themselves, as gl_ism.h does ---- */

@@ -128,7 +128,7 @@ GLBK_DEF glbk_result glbk_program_compile(glbk_context *ctx, const struct glbk_s
    source   is read during the call only
    out      is zeroed on errors; free it with glbk_program_free
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL.
-            GLBK_ERR_DESC: not exactly one of fragment and compute is given, or outputs are too long.
+            GLBK_ERR_DESC: not exactly one of fragment and compute is given, or outputs are too many or long.
             GLBK_ERR_NAME: a library file is unknown, or defines do not parse.
             GLBK_ERR_COMPILE, GLBK_ERR_LINK: the log has the driver's words, in which line 2007 is line 7 of
             file 2; the log lists the files, too.
@@ -161,8 +161,8 @@ typedef struct glbk_source {
                                        themselves; uniform blocks of the library that your text names are
                                        found */
     const char *defines;            /* "FILTER=1 FAST", or NULL; the vertex shader sees them too */
-    const char *outputs;            /* names for transform feedback, separated by blanks, interleaved; or
-                                       NULL */
+    const char *outputs;            /* names for transform feedback, at most 16 and 511 characters, separated
+                                       by blanks, interleaved; or NULL */
     const struct glbk_part *parts[GLBK_MAX_PARTS];  /* whose files it uses: glbk_csm_part(), ...; NULLs are
                                        left out */
     glbk_offset offsets[GLBK_MAX_PARTS];    /* of the slots of each of these parts. What a technique's

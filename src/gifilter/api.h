@@ -108,7 +108,8 @@ typedef struct gifilt_system {      /* all zero: malloc and free, this thread al
     /* Must call task(context, i) once for each i < count, in any order and on any threads, and return when
        all are done. What is computed does not depend on the threads. */
     int (*progress)(void *user, float fraction);
-    /* Called from the thread that called us, fraction 0..1 never falling within a call; not 0 cancels. */
+    /* Called from the thread that called us, fraction 0..1 never falling within a call; not 0 cancels. This
+       header does not call it: a frame takes milliseconds. */
     void (*log)(void *user, const char *message);
     /* Called at most once by a call that fails, from the thread that called us, before it returns: one line
        without a line end that names the function, the field or element, its value and its range. */

@@ -37,7 +37,7 @@ ISM_DEF ism_result ism_create(const ism_desc *desc, ism_maps **out);
 
 ISM_DEF ism_result ism_render(ism_maps *maps, const ism_frame *frame, const ism_shading *shading, float *out,
                               ism_stats *stats);
-/* Lights the frame's receivers: ism_choose, ism_build and ism_shade in one call.
+/* Lights the frame's receivers: ism_choose, ism_build (if shading asks the maps) and ism_shade in one call.
    shading  NULL = all defaults
    out      3 floats for each receiver: irradiance in W/m^2, or radiance in W/(sr m^2) if the receivers have
             albedos; untouched on failure
@@ -119,7 +119,7 @@ typedef struct ism_points {         /* receivers: pixels of a picture, row by ro
     const float *normals;           /* unit; 0 0 0: no receiver, its result is 0 */
     size_t       normal_stride;     /* bytes, a multiple of 4, >= 12; 0 = 12 */
     const float *geometric_normals; /* unit normals of the triangles, on whose planes depths are compared with
-                                       those of maps; NULL = normals */
+                                       those of maps; NULL, and 0 0 0 of one = normals */
     size_t       geometric_normal_stride;   /* as normal_stride */
     const float *albedos;           /* r, g, b of each; NULL: results are irradiances */
     size_t       albedo_stride;     /* as normal_stride */

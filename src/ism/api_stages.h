@@ -112,7 +112,7 @@ ISM_DEF const ism_near_point *ism_near_points(const ism_maps *maps, size_t *coun
 
 ISM_DEF const float *ism_importances(const ism_maps *maps, size_t source, size_t *count);
 /* Returns the importances of a source's texels (its bidirectional reflective shadow map) as ism_choose left
-   them, and writes how many there are. Returns NULL if there is no such source, or if the choice failed. */
+   them, and how many to count, if that is not NULL. Returns NULL without such a source or a choice. */
 
 #ifndef ISM_WITHOUT_SURFELS
 /* ---- surfels: for those who draw the maps themselves, as gl_ism.h does ---- */

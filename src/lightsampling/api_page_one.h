@@ -213,9 +213,9 @@ typedef enum lsamp_material_kind {
 #define LSAMP_MAX_LOBES 8u
 
 typedef struct lsamp_lobe {         /* of Lafortune's model; axes are tangent, bitangent, normal */
-    float axis[3];                  /* Cx, Cy, Cz: -1, -1, 1 mirrors; Cx != Cy needs a tangent */
+    float axis[3];                  /* Cx, Cy, Cz, -10..10: -1, -1, 1 mirrors; Cx != Cy needs a tangent */
     float exponent;                 /* 0..1e5 */
-    float scale[3];                 /* >= 0, 1/sr */
+    float scale[3];                 /* r, g, b, 0..1e9, 1/sr */
 } lsamp_lobe;
 
 typedef struct lsamp_material {
@@ -231,7 +231,7 @@ typedef struct lsamp_material {
     uint32_t          lobe_count;   /* LAFORTUNE: 0..LSAMP_MAX_LOBES */
 } lsamp_material;
 
-typedef struct lsamp_points {       /* receivers; strides are bytes, multiples of 4, and 0 = 12 */
+typedef struct lsamp_points {       /* receivers; strides are bytes, multiples of 4, >= 12, and 0 = 12 */
     size_t                count;
     const float          *positions;        /* x, y, z of each, world space */
     size_t                position_stride;
@@ -249,8 +249,8 @@ typedef struct lsamp_points {       /* receivers; strides are bytes, multiples o
                                                numbers are chosen; NULL = 0, 1, ... */
 } lsamp_points;
 
-typedef enum lsamp_sampling {       /* from which density directions are drawn. Sun, point, spot, callback and
-                                       mesh always use the density of the light */
+typedef enum lsamp_sampling {       /* from which density directions are drawn. Sun, point, spot, callback,
+                                       mesh and surface always use the density of the light */
     LSAMP_SAMPLING_DEFAULT,         /* some samples from the light's density and some from the material's,
                                        weighted by the balance heuristic (Veach and Guibas 1995); the solid
                                        angle of the light and the width of the lobe decide how many of each */
