@@ -303,8 +303,8 @@ typedef struct glbk_csm_frame_desc {
                                                                maps and hide what lies behind them: unit
                                                                normal, distance from the origin along it */
     uint32_t               plane_count; /* 0..GLBK_CSM_MAX_PLANES */
-    lsamp_sampling         sampling;
-    cohsm_filter           filter;
+    lsamp_sampling         sampling;    /* as in lsamp_sample_desc */
+    cohsm_filter           filter;      /* as in cohsm_query */
     float                  bias;        /* as in cohsm_query: 0 = 1 pixel of a map, negative = none */
     float                  offset;      /* pixels of a map by which receivers of local lights are moved along
                                            their geometric normal, >= 0; receivers of other lights are moved

@@ -193,7 +193,8 @@ GLBK_DEF glbk_result glbk_ism_maps_create(glbk_context *ctx, const ism_desc *des
 GLBK_DEF glbk_result glbk_ism_mesh_upload(glbk_context *ctx, glbk_ism_maps *maps, const ism_mesh *mesh);
 /* Sets the mesh that casts shadows. Surfels stay on triangles of the same numbers; those on triangles that
    are gone are not drawn. Before a mesh with other numbers set NULL: all phases must be given anew then.
-   mesh     NULL = nothing casts shadows; its albedos are for glbk_ism_bounce, with desc.keep_hits
+   mesh     NULL = nothing casts shadows; its albedos are for glbk_ism_bounce, with desc.keep_hits. Its
+            opacities are not checked here, as ism_build checks them
    Errors   GLBK_ERR_ARGUMENT: maps is NULL or was not created, or arrays, counts or strides do not fit.
             GLBK_ERR_INPUT: an index reaches beyond vertex_count. GLBK_ERR_LIMIT, GLBK_ERR_ALLOC */
 
@@ -237,10 +238,11 @@ GLBK_DEF glbk_result glbk_ism_bind(glbk_context *ctx, const glbk_ism_maps *maps,
 /* Binds textures and uniform blocks for a program of your own, which is in use (glbk_begin). The program has
    ism_light among its library files, and among its defines ISM_NEAR, the number of a near_mode (0 and 6 are
    ISM_NEAR_GATHER), and ISM_PROJECTION, the number of maps->desc.projection.
-   shading  NULL = all defaults; only bias, clamp and no_maps count
+   shading  NULL = all defaults; only bias, clamp and no_maps count, but all fields are checked, and
+            visible_fn and near_visible_fn must be NULL
    offset   the offset that the part ism has in the program; NULL = none
    Errors   GLBK_ERR_ARGUMENT: maps is NULL or was not created. GLBK_ERR_DESC: a field of the shading is out
-            of range */
+            of range, or a function is not NULL */
 
 GLBK_DEF void glbk_ism_maps_free(glbk_context *ctx, glbk_ism_maps *maps);
 /* Frees what glbk_ism_maps_create made, and zeroes the struct. NULL and zeroed maps are allowed. */

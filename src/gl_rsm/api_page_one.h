@@ -22,7 +22,7 @@ GLBK_DEF glbk_result glbk_rsm_map_create(glbk_context *ctx, const rsm_light *lig
    out      zeroed on errors
    Memory   on the GPU: 60 bytes for each texel
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or side is out of range. GLBK_ERR_DESC: a light that
-            rsm_map_create refuses. GLBK_ERR_LIMIT, and those of textures and targets */
+            rsm_map_create refuses, or an up beyond 1e9. GLBK_ERR_LIMIT, and those of textures and targets */
 
 typedef void (*glbk_rsm_draw_fn)(void *user, glbk_context *ctx, glbk_rsm_renderer *renderer);
 /* Draws your scene: for each object the function calls glbk_rsm_object, binds its vertex array and draws.

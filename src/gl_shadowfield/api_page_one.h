@@ -9,8 +9,8 @@ GLBK_DEF glbk_result glbk_sfield_scene_create(glbk_context *ctx, const struct gl
                                               glbk_sfield_scene *out);
 /* Uploads fields, and makes room for entities. The scene is empty and its sky is black at first.
    Memory   on the GPU the fields, their coefficients filled up to a multiple of 16, and with desc.brdf 332 KB
-            (4 bands; 8: 1 MB); here 40 bytes a field
-            and, while the call runs, the longest file of a field (sfield_bytes) and 16 KB
+            for 4 bands, 1 MB for 8; here 40 bytes a field and, while the call runs, the longest file of a
+            field (sfield_bytes) and 16 KB
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range. GLBK_ERR_MISMATCH:
             a field of wavelets, self-visibility or other bands, a shard, or some occlusion fields of
             logarithms and some of others. GLBK_ERR_LIMIT: more than 2^28 texels. GLBK_ERR_ALLOC */
@@ -34,10 +34,11 @@ GLBK_DEF glbk_result glbk_sfield_renderer_create(glbk_context *ctx,
                                                  const struct glbk_sfield_renderer_desc *desc,
                                                  glbk_sfield_renderer *out);
 /* Compiles the program that shades and makes its textures.
-   Memory   on the GPU 16 bytes a pixel, 16 more with gloss and with grazing, and self-visibility
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range. GLBK_ERR_LIMIT:
-            width or height is above ctx->max_side. GLBK_ERR_ALLOC. Those of textures, targets and
-            glbk_program_compile */
+   Memory   on the GPU 16 bytes a pixel, 16 more with gloss or materials, 16 more with grazing, and what
+            desc.self takes
+   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range, algebra is NULL, or
+            grazing is wanted without materials. GLBK_ERR_LIMIT: width or height is above ctx->max_side.
+            GLBK_ERR_ALLOC. Those of textures, targets and glbk_program_compile */
 
 GLBK_DEF glbk_result glbk_sfield_shade(glbk_context *ctx, glbk_sfield_renderer *renderer,
                                        const glbk_gbuffer *gbuffer, const glbk_sfield_scene *scene,
@@ -78,8 +79,8 @@ typedef struct glbk_sfield_scene_desc {
 typedef struct glbk_sfield_renderer_desc {
     uint32_t width;                     /* pixels, 1 .. ctx->max_side, like height */
     uint32_t height;
-    const sfield_algebra *algebra;      /* of the scene's bands; it is read until glbk_sfield_renderer_create
-                                           returns */
+    const sfield_algebra *algebra;      /* required: of the scene's bands; it is read until
+                                           glbk_sfield_renderer_create returns */
     int      gloss;                     /* not 0: lobes of the G-buffer's Phong materials are shaded, too */
     int      self;                      /* not 0: there is room for self-visibility, 32 bytes a pixel; for 5
                                            to 8 bands 64 to 128 */
@@ -90,7 +91,7 @@ typedef struct glbk_sfield_renderer_desc {
                                            takes longer to compile and runs several times as fast */
     int      materials;                 /* not 0: gloss is shaded by Phong's lobe and by glTF's metal-rough
                                            BRDF, as each pixel's material says; the scene has desc.brdf */
-    int      grazing;                   /* not 0: with materials, renderer->grazing is wanted, too */
+    int      grazing;                   /* not 0: renderer->grazing is wanted, too; only with materials */
     int      logarithms;                /* not 0: for scenes whose occlusion fields hold logarithms
                                            (sfield_desc.logarithm), as SFIELD_PRODUCT_EXP */
 } glbk_sfield_renderer_desc;
