@@ -12,8 +12,8 @@
    - It needs gl_backend.h beside it, which makes the context object, textures and targets, and whose
      conventions, errors and rules about GL's state hold here; gl_programs.h, which makes programs;
      and gl_gbuffer.h, whose G-buffer is lit.
-   - Near points and skies' VPLs come from ism.h. VPLs and the windows of their tiles are chosen by ism.h or,
-     from maps on the GPU, by glbk_ism_choose; surfels are scattered by ism.h or by glbk_ism_scatter.
+   - Skies' VPLs come from ism.h. VPLs, near points and the windows of tiles are chosen by ism.h or, from maps
+     on the GPU, by glbk_ism_choose; surfels are scattered by ism.h or by glbk_ism_scatter.
 
    Quick start
 
@@ -138,7 +138,8 @@
      section 6.5  blur of the BRSM               ism_blurred        ism__blur_task      T41
      section 6.5  VPLs between texels            ism_inter_texel    ism__inter_texel    T55
      -            light close to a VPL           ism_patch_kernel   ism__patch_kernel   T42 T43 T44
-     -            near points                    ism_gather         ism_near_points     -
+     -            near points                    ism_gather         ism_near_points     T44
+     -            how far they reach             ism_reach_of       ism__reach_of       -
      -            windows                        ism_zoom_axis      ism_zoom            -
      -            the next bounce                ism_cell_weight    ism_bounce          T45
 
@@ -456,19 +457,26 @@ typedef struct glbk_ism_choice {        /* what glbk_ism_choose needs; read only
     glbk_ism_sheet drawn;               /* VPLs, 256 a row: place and area; normal; flux */
     glbk_ism_sheet sights[2];           /* receivers that windows hold: pixels; places, normals */
     glbk_ism_sheet windows[2];          /* of tiles, 256 a row, in this frame and the one before */
+    uint32_t       near_point_count;    /* near points that are drawn; 0 = none */
+    glbk_ism_sheet near_points;         /* as they are drawn, 256 a row, like VPLs */
+    glbk_ism_sheet near[2];             /* edges, reaches, VPLs, places on a curve; which one is when */
     uint32_t       turn;                /* frames that had windows; 0 = none yet. Odd: windows[1] is newer */
     glbk_buffer    block;               /* the uniform block */
-    glbk_program   programs[10];        /* draw importances, running sums, VPLs and the table; effects, and
-                                           boxes the first time and later; windows, and sights the same */
+    glbk_program   programs[13];        /* draw importances, running sums, VPLs and the table; effects, and
+                                           boxes the first time and later; windows, and sights the same; near
+                                           points' edges and the like, order and table */
 } glbk_ism_choice;
 
 GLBK_DEF glbk_result glbk_ism_choice_create(glbk_context *ctx, const glbk_ism_maps *maps,
                                             const glbk_ism_choice_desc *desc, glbk_ism_choice *out);
 /* Makes what chooses the VPLs of maps, which must outlive it; glbk_ism_choice_free takes it back.
    maps     whose desc says how VPLs are chosen: vpl_count, importance, view_grid_side, blur_radius,
-            flux_share, no_inter_texel, unstable, seed, window_rim and keep_hits count
+            flux_share, no_inter_texel, unstable, seed, window_rim, near_point_count and keep_hits count.
+            There are near points unless vpl_count is 8 or less, or they and the VPLs are more than 2^20
+            texels of the table
    out      zeroed on errors
-   Memory   on the GPU: 20.5 bytes for each texel of the source (by flux 16.5), 80 for each VPL, and 82 KB
+   Memory   on the GPU: 20.5 bytes for each texel of the source (by flux 16.5), 80 for each VPL, 68
+            for each near point, and 82 KB
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or maps were not created. GLBK_ERR_DESC: a field is out of
             range, also of maps->desc. GLBK_ERR_LIMIT: width, or the rows of all faces, are above
             ctx->max_side or 32768. Those of programs, textures and targets */
@@ -478,8 +486,9 @@ GLBK_DEF glbk_result glbk_ism_choose(glbk_context *ctx, glbk_ism_choice *choice,
 /* Chooses the VPLs of a frame as ism_choose does among surfaces, by passes of fragments, in place of
    glbk_ism_vpls_upload. Nothing is read back, and the CPU waits for nothing. All vpl_count VPLs are in use;
    those of a black source are black.
-   maps     those of glbk_ism_choice_create. Their near points are forgotten: only ism.h makes those of
-            new VPLs. Tiles have windows (ism_zoom) by what seen shows, as after ism_scatter
+   maps     those of glbk_ism_choice_create. Near points are drawn with the VPLs; those of a texel without an
+            area have one by how densely VPLs lie. Tiles have windows (ism_zoom) by what seen shows, as after
+            ism_scatter
    texels   the source: RGBA32UI layers, three for each face, with the bits of floats: place; unit normal;
             flux of the channels in W, and area in m^2 (what ism_source says of them). glbk_rsm_map.texels are
             such. A texel whose flux is not 0..1e30, whose place is not finite or whose normal is not unit is
@@ -491,7 +500,8 @@ GLBK_DEF glbk_result glbk_ism_choose(glbk_context *ctx, glbk_ism_choice *choice,
    index    number of the frame; counts if maps->desc.unstable is set
    Cost     for each texel of the source 35 texels read by flux; else besides view_grid_side^2 receivers, and
             three texels for each that its blur reaches, 169 by default. Each VPL looks at all others, and for
-            its window at 512 receivers, which are found among all pixels
+            its window at 512 receivers, which are found among all pixels; each near point looks at all VPLs
+            and at 1023 others
    Errors   GLBK_ERR_ARGUMENT: a pointer that must be given is NULL, or an object was not created.
             GLBK_ERR_MISMATCH: maps are not those that the choice was made for, or texels have another size,
             format or number of layers. GLBK_ERR_LOST */
@@ -632,6 +642,9 @@ GLBK_DEF void glbk_ism_bounces_free(glbk_context *ctx, glbk_ism_bounces *bounces
 /* Of programs that choose VPLs, which read neither tables nor maps. */
 #define GLBK_ISM_CHOICE_TEXTURES(X)                                                                     \
     X(usampler2DArray, glbk_ism_texels, 0)      /* layers 3 face + 0 place, 1 normal, 2 flux */         \
+    X(usampler2DArray, glbk_ism_near, 0)        /* near points: place, normal, flux */                  \
+    X(usampler2D, glbk_ism_near_order, 1)       /* which near point has a place in their order */       \
+    X(usampler2D, glbk_ism_near_facts, 2)       /* of near points: edge, reach, VPL, place on a curve */ \
     X(usampler2DArray, glbk_ism_drawn, 1)       /* VPLs: place, normal, flux */                         \
     X(usampler2DArray, glbk_ism_box, 1)         /* of the receivers: lower and upper corner */          \
     X(usampler2D, glbk_ism_effects, 1)          /* of texels on the picture */                          \
@@ -721,7 +734,11 @@ GLBK_DEF void glbk_ism_bounces_free(glbk_context *ctx, glbk_ism_bounces *bounces
     X(uint, blur_radius, 1)         /* of effects, in texels */                                         \
     X(uint, seed, 1)                /* of receivers */                                                  \
     X(float, flux_factor, 1)        /* what makes ism_desc.flux_share of a factor of fluxes */          \
-    X(uint, windows, 1)             /* 0 = none; 1 = new ones; 2 = those of the last frame stay */
+    X(uint, windows, 1)             /* 0 = none; 1 = new ones; 2 = those of the last frame stay */      \
+    X(uint, near_point_count, 1)    /* near points that are drawn; 0 = none */                          \
+    X(uint, first_sphere, 1)        /* where in glbk_ism_vpls their spheres begin */                    \
+    X(uint, first_near_point, 1)    /* where they begin themselves; 0 while VPLs are drawn */           \
+    X(uint, unused0, 1)
 
 #define GLBK_ISM_SCATTERING_MEMBERS(X)                                                                  \
     X(uint, triangle_count, 1)      /* of the mesh */                                                   \
@@ -1014,12 +1031,12 @@ static const struct { char facts[24];
     "}\n", 0
 };
 
-static const struct { char facts[60];
-    char s0[1995]; char end; } glbk__glsl_lib_ism_access_glsl GLBK__TIGHT = {
-    "lib/ism_access.glsl\0" "table ism_map ism_bindings ism_frame" "\0" "" "\0"
+static const struct { char facts[58];
+    char s0[1975]; char end; } glbk__glsl_lib_ism_access_glsl GLBK__TIGHT = {
+    "lib/ism_access.glsl\0" "table ism_map ism_floats ism_frame" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n#define ISM_F glbk_ism_frame\n"
-    "#define ISM_TEXEL(i) uintBitsToFloat(texelFetch(glbk_ism_vpls, glbk_table_at(i), 0))\n"
+    "#define ISM_TEXEL(i) ISM_FLOATS(glbk_ism_vpls, glbk_table_at(i))\n"
     "\nstruct ism_grid{\n"
     "float exponent;\n"
     "vec4 across,down;\n"
@@ -1097,7 +1114,7 @@ static const struct { char facts[60];
 };
 
 static const struct { char facts[26];
-    char s0[1302]; char end; } glbk__glsl_lib_ism_bindings_glsl GLBK__TIGHT = {
+    char s0[1401]; char end; } glbk__glsl_lib_ism_bindings_glsl GLBK__TIGHT = {
     "lib/ism_bindings.glsl\0" "" "\0" "" "\0"
     "" "\0" "",
     "\nuniform usampler2DArray glbk_ism_vpls,glbk_ism_surfels;\n"
@@ -1109,7 +1126,9 @@ static const struct { char facts[26];
     "uniform usampler2D glbk_ism_below,glbk_ism_hits;\n"
     "uniform glbk_color_sampler glbk_ism_light;\n"
     "uniform usampler2D glbk_ism_pull1,glbk_ism_pull2,glbk_ism_pull3;\n"
-    "uniform usampler2DArray glbk_ism_texels,glbk_ism_drawn,glbk_ism_box;\n"
+    "uniform usampler2DArray glbk_ism_texels,glbk_ism_near;\n"
+    "uniform usampler2D glbk_ism_near_order,glbk_ism_near_facts;\n"
+    "uniform usampler2DArray glbk_ism_drawn,glbk_ism_box;\n"
     "uniform usampler2D glbk_ism_effects,glbk_ism_summed,glbk_ism_importances,\n"
     "glbk_ism_row_sums0,glbk_ism_row_sums1,glbk_ism_row_sums2,glbk_ism_column_sums0,\n"
     "glbk_ism_column_sums1,glbk_ism_column_sums2;\n"
@@ -1157,15 +1176,16 @@ static const struct { char facts[33];
     "}\n", 0
 };
 
-static const struct { char facts[49];
-    char s0[35]; char end; } glbk__glsl_lib_ism_choice_glsl GLBK__TIGHT = {
-    "lib/ism_choice.glsl\0" "ism_bindings ism_choosing" "\0" "" "\0"
+static const struct { char facts[47];
+    char s0[90]; char end; } glbk__glsl_lib_ism_choice_glsl GLBK__TIGHT = {
+    "lib/ism_choice.glsl\0" "ism_floats ism_choosing" "\0" "" "\0"
     "" "\0" "",
-    "\n\n#define ISM_C glbk_ism_choosing\n", 0
+    "\n\n\n#define ISM_C glbk_ism_choosing\n"
+    "ivec2 ism_cell_of(uint i){return ivec2(i&255u,i>>8);}\n", 0
 };
 
 static const struct { char facts[43];
-    char s0[312]; char end; } glbk__glsl_lib_ism_choosing_glsl GLBK__TIGHT = {
+    char s0[367]; char end; } glbk__glsl_lib_ism_choosing_glsl GLBK__TIGHT = {
     "lib/ism_choosing.glsl\0" "" "\0" "" "\0"
     "" "\0" "glbk_ism_choosing",
     "\nlayout(std140)uniform glbk_ism_choosing_block{\n"
@@ -1175,12 +1195,12 @@ static const struct { char facts[43];
     "uint shift_bits,columns,pace,value_count,first_column,view_width,view_height,\n"
     "grid_side,guided,by_effect,by_mean,blur_radius,seed;\n"
     "float flux_factor;\n"
-    "uint windows;\n"
+    "uint windows,near_point_count,first_sphere,first_near_point,unused0;\n"
     "}glbk_ism_choosing;\n", 0
 };
 
 static const struct { char facts[43];
-    char s0[383]; char end; } glbk__glsl_lib_ism_corners_glsl GLBK__TIGHT = {
+    char s0[364]; char end; } glbk__glsl_lib_ism_corners_glsl GLBK__TIGHT = {
     "lib/ism_corners.glsl\0" "table ism_bindings" "\0" "" "\0"
     "" "\0" "",
     "\n\nstruct ism_corners{vec3 a,b,c;};\n"
@@ -1188,22 +1208,18 @@ static const struct { char facts[43];
     "\nism_corners ism_read_corners(uint t)\n"
     "{\n"
     "uvec3 i=texelFetch(glbk_ism_triangles,glbk_table_at(t),0).xyz;\n"
-    "ism_corners p;\n"
-    "p.a=ism_vertex(i.x);\n"
-    "p.b=ism_vertex(i.y);\n"
-    "p.c=ism_vertex(i.z);\n"
-    "return p;\n"
+    "return ism_corners(ism_vertex(i.x),ism_vertex(i.y),ism_vertex(i.z));\n"
     "}\n"
     "\n\nvec3 ism_normal2(ism_corners p){return cross(p.b-p.a,p.c-p.a);}\n", 0
 };
 
 static const struct { char facts[35];
-    char s0[270]; char end; } glbk__glsl_lib_ism_densities_glsl GLBK__TIGHT = {
+    char s0[251]; char end; } glbk__glsl_lib_ism_densities_glsl GLBK__TIGHT = {
     "lib/ism_densities.glsl\0" "ism_fold" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\nfloat ism_density(vec2 sizes)\n"
     "{\n"
-    "vec2 all=uintBitsToFloat(texelFetch(glbk_ism_totals,ivec2(0),0).xy);\n"
+    "vec2 all=ISM_FLOATS(glbk_ism_totals,ivec2(0)).xy;\n"
     "float by_area=1.,by_solid=.0;\n"
     "if(all.y>.0){\n"
     "by_area=ISM_S.area_share;\n"
@@ -1214,7 +1230,7 @@ static const struct { char facts[35];
 };
 
 static const struct { char facts[32];
-    char s0[3496]; char end; } glbk__glsl_lib_ism_disc_glsl GLBK__TIGHT = {
+    char s0[3447]; char end; } glbk__glsl_lib_ism_disc_glsl GLBK__TIGHT = {
     "lib/ism_disc.glsl\0" "ism_access" "\0" "" "\0"
     "" "\0" "",
     "\n\n#define ISM_DEEPEST 1.84467429e19\n"
@@ -1239,7 +1255,7 @@ static const struct { char facts[32];
     "s.uv=.5*o.xy/r+.5;\n"
     "s.at=vec3(o.xy,s.depth);\n"
     "s.g=vec3(-n.xy*slope*r,s.depth+dot(n.xy,o.xy)*slope);\n"
-    "return all(greaterThanEqual(s.uv,vec2(.0)))&&all(lessThan(s.uv,vec2(1.)));\n"
+    "return fract(s.uv)==s.uv;\n"
     "}\n"
     "vec3 o=(p-l.position)*basis;\n"
     "float d2=dot(o,o),along=dot(n,o);\n"
@@ -1368,27 +1384,35 @@ static const struct { char facts[32];
     "}\n", 0
 };
 
-static const struct { char facts[49];
-    char s0[1042]; char end; } glbk__glsl_lib_ism_fold_glsl GLBK__TIGHT = {
-    "lib/ism_fold.glsl\0" "ism_bindings ism_scattering" "\0" "" "\0"
+static const struct { char facts[36];
+    char s0[107]; char end; } glbk__glsl_lib_ism_floats_glsl GLBK__TIGHT = {
+    "lib/ism_floats.glsl\0" "ism_bindings" "\0" "" "\0"
+    "" "\0" "",
+    "\n\n#define ISM_FLOATS(t, at) uintBitsToFloat(texelFetch(t, at, 0))\n"
+    "#define ISM_HERE ivec2(gl_FragCoord.xy)\n", 0
+};
+
+static const struct { char facts[47];
+    char s0[1013]; char end; } glbk__glsl_lib_ism_fold_glsl GLBK__TIGHT = {
+    "lib/ism_fold.glsl\0" "ism_floats ism_scattering" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n#define ISM_S glbk_ism_scattering\n"
     "\n\n\nivec2 ism_fold(uint i,uint count,uint row)\n"
     "{\n"
     "return ivec2(i&1023u,row*((count+1023u)>>10)+(i>>10));\n"
     "}\n"
-    "\n\nuvec2 ism_unfold(ivec2 at,uint count)\n"
+    "\n\nuvec2 ism_unfold(uint count)\n"
     "{\n"
-    "uint height=(count+1023u)>>10,row=uint((float(at.y)+.5)/float(height));\n"
-    "return uvec2((uint(at.y)-row*height)*1024u+uint(at.x),row);\n"
+    "uint height=(count+1023u)>>10,row=uint(gl_FragCoord.y/float(height));\n"
+    "return uvec2((uint(gl_FragCoord.y)-row*height)*1024u+uint(gl_FragCoord.x),row);\n"
     "}\n"
     "\nfloat ism_folded(usampler2D from,uint i,uint count,uint row)\n"
     "{\n"
-    "return uintBitsToFloat(texelFetch(from,ism_fold(i,count,row),0).x);\n"
+    "return ISM_FLOATS(from,ism_fold(i,count,row)).x;\n"
     "}\n"
     "\nvec2 ism_folded2(usampler2D from,uint i,uint count)\n"
     "{\n"
-    "return uintBitsToFloat(texelFetch(from,ism_fold(i,count,0u),0).xy);\n"
+    "return ISM_FLOATS(from,ism_fold(i,count,0u)).xy;\n"
     "}\n"
     "\n\nuint ism_blocks(uint count){return(count+31u)>>5;}\n"
     "\n\n\n\nuint ism_find_in_block(usampler2D sums,uint row,uint block,uint count,inout float x)\n"
@@ -1460,7 +1484,7 @@ static const struct { char facts[22];
 };
 
 static const struct { char facts[31];
-    char s0[618]; char end; } glbk__glsl_lib_ism_holes_glsl GLBK__TIGHT = {
+    char s0[575]; char end; } glbk__glsl_lib_ism_holes_glsl GLBK__TIGHT = {
     "lib/ism_holes.glsl\0" "ism_fill" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\nfloat ism_depth(ivec2 at);\n"
@@ -1473,7 +1497,7 @@ static const struct { char facts[31];
     "for(int dy=-ISM_HOLE;dy<=ISM_HOLE;dy++)\n"
     "for(int dx=-ISM_HOLE;dx<=ISM_HOLE;dx++){\n"
     "ivec2 d=ivec2(dx,dy),there=local+d;\n"
-    "if(any(lessThan(there,ivec2(0)))||any(greaterThanEqual(there,ivec2(size)))){\n"
+    "if(clamp(there,0,size-1)!=there){\n"
     "found|=ism_quadrant(d);\n"
     "continue;\n"
     "}\n"
@@ -1487,7 +1511,7 @@ static const struct { char facts[31];
 };
 
 static const struct { char facts[37];
-    char s0[1301]; char end; } glbk__glsl_lib_ism_inter_texel_glsl GLBK__TIGHT = {
+    char s0[1278]; char end; } glbk__glsl_lib_ism_inter_texel_glsl GLBK__TIGHT = {
     "lib/ism_inter_texel.glsl\0" "ism_pvpl" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\n\n\nfloat ism_inter_texel(ivec2 texel,vec2 fraction,inout vec3 position,inout vec3 normal)\n"
@@ -1498,9 +1522,7 @@ static const struct { char facts[37];
     "int height=int(ISM_C.face_height),face=texel.y/height;\n"
     "ivec2 lowest=ivec2(0,face*height);\n"
     "ivec2 highest=lowest+ivec2(int(ISM_C.width),height)-1;\n"
-    "ivec2 beside=ivec2(1);\n"
-    "if(s.x<.0)beside.x=-1;\n"
-    "if(s.y<.0)beside.y=-1;\n"
+    "ivec2 beside=1-2*ivec2(lessThan(s,vec2(.0)));\n"
     "bool known=ism_to_clip(p0,from);\n"
     "for(int k=0;k<4;k++){\n"
     "ivec2 pick=ivec2(k&1,k>>1),at=texel+pick*beside,kept=clamp(at,lowest,highest);\n"
@@ -1536,7 +1558,7 @@ static const struct { char facts[37];
 };
 
 static const struct { char facts[42];
-    char s0[3954]; char s1[4001]; char s2[44]; char end; } glbk__glsl_lib_ism_light_glsl GLBK__TIGHT = {
+    char s0[3992]; char s1[3728]; char end; } glbk__glsl_lib_ism_light_glsl GLBK__TIGHT = {
     "lib/ism_light.glsl\0" "ism_access ism_view" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\n\n\n\n#ifndef ISM_NEAR\n"
@@ -1562,11 +1584,11 @@ static const struct { char facts[42];
     "float r=ISM_F.sphere.w,depth=o.z+r;\n"
     "vec2 uv=.5*o.xy/r+.5;\n"
     "if(!(n.z<-ISM_GRAZING))return .0;\n"
-    "if(any(lessThan(uv,vec2(.0)))||any(greaterThanEqual(uv,vec2(1.))))return 1.;\n"
+    "if(fract(uv)!=uv)return 1.;\n"
     "texel=min(ivec2(ism_to_tile(l.grid,uv)),size-1);\n"
     "vec2 d=(2.*ism_from_tile(l.grid,vec2(texel)+.5)-1.)*r-o.xy;\n"
     "if(abs(n.z)>.1)depth-=dot(n.xy,d)/n.z;\n"
-    "return depth-bias*r<=uintBitsToFloat(texelFetch(glbk_ism_atlas,tile+texel,0).x)?1.:.0;\n"
+    "return depth-bias*r<=ISM_FLOATS(glbk_ism_atlas,tile+texel).x?1.:.0;\n"
     "}\n"
     "vec3 o=(p-l.position)*basis;\n"
     "float d=sqrt(dot(o,o));\n"
@@ -1575,7 +1597,7 @@ static const struct { char facts[42];
     "if(!(dot(n,o)<-ISM_GRAZING*d))return .0;\n"
     "if(!ism_map_coordinates(ism_projection_of(l.exponent),l.exponent,o/d,uv))return 1.;\n"
     "texel=min(ivec2(ism_to_tile(l.grid,uv)),size-1);\n"
-    "float t=uintBitsToFloat(texelFetch(glbk_ism_atlas,tile+texel,0).x);\n"
+    "float t=ISM_FLOATS(glbk_ism_atlas,tile+texel).x;\n"
     "if(d*(1.-bias)<=t&&t>=2.*d)return 1.;\n"
     "float along=dot(n,ism_texel_direction(l.grid,texel));\n"
     "along=along!=.0?dot(n,o)/along:d;\n"
@@ -1663,11 +1685,11 @@ static const struct { char facts[42];
     "return ism_patch_kernel(l.basis,l.edge,d,n,point,plain);\n"
     "#elif ISM_NEAR == 6\n"
     "float share=1.-ism_nearness(d2,l.reach),k=plain,point=plain;\n"
-    "if(!(share>.0))return plain=.0;\n",
+    "if(!(share>.0))return plain=.0;\n"
     "if(area>.0&&d2<9.*area)k=ism_patch_kernel(l.basis,l.edge,d,n,point,plain);\n"
     "plain*=share;\n"
     "return k*share;\n"
-    "#elif ISM_NEAR == 2\n"
+    "#elif ISM_NEAR == 2\n",
     "return area>.0&&d2<16.*area?ism_sphere_kernel(d,l.normal,n,l.edge):plain;\n"
     "#elif ISM_NEAR == 3\n"
     "return min(plain,most);\n"
@@ -1706,17 +1728,8 @@ static const struct { char facts[42];
     "\n\nism_near_point ism_read_near(uint i)\n"
     "{\n"
     "uint at=ISM_F.first_near_point+3u*i;\n"
-    "vec4 a=ISM_TEXEL(at);\n"
-    "vec4 b=ISM_TEXEL(at+1u);\n"
-    "vec4 c=ISM_TEXEL(at+2u);\n"
-    "ism_near_point q;\n"
-    "q.position=a.xyz;\n"
-    "q.edge=a.w;\n"
-    "q.normal=b.xyz;\n"
-    "q.reach=b.w;\n"
-    "q.flux=c.xyz;\n"
-    "q.vpl=uint(c.w);\n"
-    "return q;\n"
+    "vec4 a=ISM_TEXEL(at),b=ISM_TEXEL(at+1u),c=ISM_TEXEL(at+2u);\n"
+    "return ism_near_point(a.xyz,b.xyz,c.xyz,a.w,b.w,uint(c.w));\n"
     "}\n"
     "\n\n\n\nfloat ism_near_visible(ism_near_point q,vec3 p,vec3 n,vec3 ng,float bias)\n"
     "{\n"
@@ -1737,15 +1750,15 @@ static const struct { char facts[42];
     "return lit;\n"
     "#endif\n"
     "}\n"
-    "\n\nfloat ism_near_weight(vec3 position,float reach,vec3 normal,vec3 p,vec3 n)\n"
+    "\n\nfloat ism_near_weight(const ism_near_point q,vec3 p,vec3 n)\n"
     "{\n"
-    "vec3 d=position-p;\n"
-    "return dot(n,d)>.0&&dot(normal,d)<.0?ism_nearness(dot(d,d),reach):.0;\n"
+    "vec3 d=q.position-p;\n"
+    "return dot(n,d)>.0&&dot(q.normal,d)<.0?ism_nearness(dot(d,d),q.reach):.0;\n"
     "}\n"
     "\n\n\nfloat ism_near_kernel(ism_near_point q,vec3 p,vec3 n,out float plain)\n"
     "{\n"
     "vec3 d=q.position-p;\n"
-    "float d2=dot(d,d),h=ism_near_weight(q.position,q.reach,q.normal,p,n);\n"
+    "float d2=dot(d,d),h=ism_near_weight(q,p,n);\n"
     "plain=.0;\n"
     "if(!(h>.0))return .0;\n"
     "float point=dot(n,d)*-dot(q.normal,d)/(d2*d2+1e-37),k=point;\n"
@@ -1754,13 +1767,7 @@ static const struct { char facts[42];
     "plain*=h;\n"
     "return k*h;\n"
     "}\n"
-    "\n\nbool ism_near_counts(uint i,vec3 p,vec3 n)\n"
-    "{\n"
-    "uint at=ISM_F.first_near_point+3u*i;\n"
-    "vec4 a=ISM_TEXEL(at);\n"
-    "vec4 b=ISM_TEXEL(at+1u);\n"
-    "return ism_near_weight(a.xyz,b.w,b.xyz,p,n)>.0;\n"
-    "}\n"
+    "\n\nbool ism_near_counts(uint i,vec3 p,vec3 n){return ism_near_weight(ism_read_near(i),p,n)>.0;}\n"
     "\n\n\nuint ism_near_block(uint i,uint count,vec3 p)\n"
     "{\n"
     "for(;i<count;i+=64u){\n"
@@ -1807,7 +1814,7 @@ static const struct { char facts[42];
     "for(uint v=first;v<count;v+=set_count)ism_add(sum,v,ism_read_vpl(v),p,n,ng,most);\n"
     "#if ISM_NEAR == 6\n"
     "return ism_scaled(sum,set_count)+ism_gather(p,n,ng,first,set_count);\n"
-    "#else\n",
+    "#else\n"
     "return ism_scaled(sum,set_count);\n"
     "#endif\n"
     "}\n", 0
@@ -2004,7 +2011,7 @@ static const struct { char facts[30];
 };
 
 static const struct { char facts[43];
-    char s0[1055]; char end; } glbk__glsl_lib_ism_pvpl_glsl GLBK__TIGHT = {
+    char s0[910]; char end; } glbk__glsl_lib_ism_pvpl_glsl GLBK__TIGHT = {
     "lib/ism_pvpl.glsl\0" "cohsm_math ism_choice" "\0" "" "\0"
     "" "\0" "",
     "\n\nstruct ism_pvpl{\n"
@@ -2014,23 +2021,17 @@ static const struct { char facts[43];
     "};\n"
     "\n\n\n\nism_pvpl ism_read_pvpl(ivec2 at)\n"
     "{\n"
-    "ism_pvpl p;\n"
     "int side=int(ISM_C.face_height),face=at.y/side;\n"
     "ivec3 to=ivec3(at.x,at.y-face*side,3*face);\n"
-    "vec4 place=uintBitsToFloat(texelFetch(glbk_ism_texels,to,0));\n"
-    "vec4 normal=uintBitsToFloat(texelFetch(glbk_ism_texels,to+ivec3(0,0,1),0));\n"
-    "vec4 flux=uintBitsToFloat(texelFetch(glbk_ism_texels,to+ivec3(0,0,2),0));\n"
+    "vec4 place=ISM_FLOATS(glbk_ism_texels,to);\n"
+    "vec4 normal=ISM_FLOATS(glbk_ism_texels,to+ivec3(0,0,1));\n"
+    "vec4 flux=ISM_FLOATS(glbk_ism_texels,to+ivec3(0,0,2));\n"
     "float length2=dot(normal.xyz,normal.xyz);\n"
     "bool usable=cohsm_finite3(place.xyz)&&cohsm_finite3(normal.xyz)&&cohsm_finite3(flux.xyz);\n"
-    "usable=usable&&length2>=.9409&&length2<=1.0609;\n"
-    "usable=usable&&all(greaterThanEqual(flux.xyz,vec3(.0)))&&all(lessThanEqual(flux.xyz,vec3(1e30)));\n"
-    "p.position=place.xyz;\n"
-    "p.normal=normal.xyz;\n"
-    "p.flux=flux.xyz;\n"
-    "p.area=flux.w;\n"
-    "p.luminance=.0;\n"
-    "if(usable)p.luminance=(flux.x+flux.y+flux.z)*(1./3.);\n"
-    "return p;\n"
+    "usable=usable&&clamp(length2,.9409,1.0609)==length2&&clamp(flux.xyz,.0,1e30)==flux.xyz;\n"
+    "float luminance=.0;\n"
+    "if(usable)luminance=(flux.x+flux.y+flux.z)*(1./3.);\n"
+    "return ism_pvpl(place.xyz,normal.xyz,flux.xyz,flux.w,luminance);\n"
     "}\n"
     "\n\nbool ism_to_clip(vec3 p,out vec2 at)\n"
     "{\n"
@@ -2039,6 +2040,32 @@ static const struct { char facts[43];
     "at=vec2(.0);\n"
     "if(known)at=c.xy/c.w;\n"
     "return known&&abs(at.x)<8.&&abs(at.y)<8.;\n"
+    "}\n", 0
+};
+
+static const struct { char facts[33];
+    char s0[609]; char end; } glbk__glsl_lib_ism_reach_glsl GLBK__TIGHT = {
+    "lib/ism_reach.glsl\0" "ism_choice" "\0" "" "\0"
+    "" "\0" "",
+    "\n\n\nvec4 ism_drawn(uint v,int k){return ISM_FLOATS(glbk_ism_drawn,ivec3(ism_cell_of(v),k));}\n"
+    "\n\n\nfloat ism_reach_of(vec3 p,vec3 n,out uint nearest,out vec3 low,out vec3 high)\n"
+    "{\n"
+    "vec4 a=vec4(1e30),b=a;\n"
+    "float best=1e30;\n"
+    "nearest=0u;\n"
+    "low=high=ism_drawn(0u,0).xyz;\n"
+    "for(uint i=0u;i<ISM_C.vpl_count;i++){\n"
+    "vec3 at=ism_drawn(i,0).xyz,d=at-p;\n"
+    "float d2=dot(d,d),cosine=dot(n,ism_drawn(i,1).xyz);\n"
+    "low=min(low,at);\n"
+    "high=max(high,at);\n"
+    "b=clamp(vec4(d2),vec4(a.w,b.xyz),b);\n"
+    "a=vec4(min(d2,a.x),clamp(vec3(d2),a.xyz,a.yzw));\n"
+    "if(!(cosine>.5))d2*=cosine>.0?4.:16.;\n"
+    "if(d2<best)nearest=i;\n"
+    "best=min(best,d2);\n"
+    "}\n"
+    "return 2.*sqrt(b.w);\n"
     "}\n", 0
 };
 
@@ -2112,7 +2139,7 @@ static const struct { char facts[35];
 };
 
 static const struct { char facts[31];
-    char s0[1229]; char end; } glbk__glsl_prog_ism_blur_comp GLBK__TIGHT = {
+    char s0[1200]; char end; } glbk__glsl_prog_ism_blur_comp GLBK__TIGHT = {
     "prog/ism_blur.comp\0" "ism_blur" "\0" "" "\0"
     "" "\0" "",
     "\n\n\nlayout(local_size_x=16,local_size_y=16)in;\n"
@@ -2136,7 +2163,7 @@ static const struct { char facts[31];
     "int to=texel.y*ISM_TILE+texel.x;\n"
     "ism_receiver r;\n"
     "ism_normals[to]=vec3(.0);\n"
-    "if(any(lessThan(at,ivec2(0)))||any(greaterThanEqual(at,ism_picture_side())))continue;\n"
+    "if(clamp(at,ivec2(0),ism_picture_side()-1)!=at)continue;\n"
     "if(!ism_read_receiver(at,r))continue;\n"
     "ism_places[to]=r.p;\n"
     "ism_normals[to]=r.n;\n"
@@ -2156,13 +2183,13 @@ static const struct { char facts[31];
 };
 
 static const struct { char facts[31];
-    char s0[452]; char end; } glbk__glsl_prog_ism_blur_frag GLBK__TIGHT = {
+    char s0[423]; char end; } glbk__glsl_prog_ism_blur_frag GLBK__TIGHT = {
     "prog/ism_blur.frag\0" "ism_blur" "\0" "" "\0"
     "" "\0" "",
     "\n\n\nlayout(location=0)out glbk_color result;\n"
     "\nbool ism_neighbour(ivec2 at,out ism_receiver r,out vec4 light)\n"
     "{\n"
-    "bool inside=all(greaterThanEqual(at,ivec2(0)))&&all(lessThan(at,ism_picture_side()));\n"
+    "bool inside=clamp(at,ivec2(0),ism_picture_side()-1)==at;\n"
     "if(!inside||!ism_read_receiver(at,r))return false;\n"
     "light=glbk_unpack(texelFetch(glbk_ism_light,at,0));\n"
     "return true;\n"
@@ -2176,7 +2203,7 @@ static const struct { char facts[31];
 };
 
 static const struct { char facts[91];
-    char s0[1795]; char end; } glbk__glsl_prog_ism_bounce_frag GLBK__TIGHT = {
+    char s0[1762]; char end; } glbk__glsl_prog_ism_bounce_frag GLBK__TIGHT = {
     "prog/ism_bounce.frag\0" "ism_push ism_pulled ism_corners" "\0" "" "\0"
     "ISM_PROJECTION=1 | ISM_PROJECTION=2" "\0" "",
     "\n\n\n\n\nlayout(location=0)out uvec4 place;\n"
@@ -2202,7 +2229,7 @@ static const struct { char facts[91];
     "\n\nivec2 ism_cell_texel(int cell,int side,int step){return ivec2(cell%side,cell/side)*step+step/2;}\n"
     "\nvoid main()\n"
     "{\n"
-    "ivec2 at=ivec2(gl_FragCoord.xy);\n"
+    "ivec2 at=ISM_HERE;\n"
     "int side=int(ISM_F.bounce_side),step=int(ISM_F.tile_side)/side;\n"
     "place=facing=power=uvec4(0u);\n"
     "uint v=uint(at.y);\n"
@@ -2221,7 +2248,7 @@ static const struct { char facts[91];
     "float size=length(n);\n"
     "if(!(size>.0)||!cohsm_finite(size))return;\n"
     "if(dot(n,d)>.0)size=-size;\n"
-    "d=l.position+d*uintBitsToFloat(texelFetch(glbk_ism_atlas,to,0).x);\n"
+    "d=l.position+d*ISM_FLOATS(glbk_ism_atlas,to).x;\n"
     "l.flux*=share/sum*texelFetch(glbk_ism_albedos,glbk_table_at(t),0).xyz;\n"
     "place=floatBitsToUint(vec4(d,.0));\n"
     "facing=floatBitsToUint(vec4(n/size,.0));\n"
@@ -2230,7 +2257,7 @@ static const struct { char facts[91];
 };
 
 static const struct { char facts[60];
-    char s0[1533]; char end; } glbk__glsl_prog_ism_choose_frag GLBK__TIGHT = {
+    char s0[1572]; char end; } glbk__glsl_prog_ism_choose_frag GLBK__TIGHT = {
     "prog/ism_choose.frag\0" "ism_search ism_hash ism_inter_texel" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\n\nlayout(location=0)out uvec4 place;\n"
@@ -2238,7 +2265,7 @@ static const struct { char facts[60];
     "layout(location=2)out uvec4 power;\n"
     "\nvoid main()\n"
     "{\n"
-    "ivec2 at=ivec2(gl_FragCoord.xy),texel,end=textureSize(glbk_ism_row_sums2,0)-1;\n"
+    "ivec2 at=ISM_HERE,texel,end=textureSize(glbk_ism_row_sums2,0)-1;\n"
     "uint i=uint(at.y)*256u+uint(at.x),n=ISM_C.vpl_count;\n"
     "int width=int(ISM_C.width),height=end.y+1;\n"
     "uvec4 totals=texelFetch(glbk_ism_column_sums2,textureSize(glbk_ism_column_sums2,0)-1,0);\n"
@@ -2259,6 +2286,7 @@ static const struct { char facts[60];
     "if(ISM_C.inter_texel!=0u)spacing=ism_inter_texel(texel,fraction,p.position,p.normal);\n"
     "p.normal=normalize(p.normal);\n"
     "float area=p.area*scale;\n"
+    "if(ISM_C.first_near_point!=0u)area=max(area,p.area);\n"
     "if(!cohsm_finite(area)||area<.0)area=.0;\n"
     "place=floatBitsToUint(vec4(p.position,area));\n"
     "facing=floatBitsToUint(vec4(p.normal,spacing));\n"
@@ -2267,7 +2295,7 @@ static const struct { char facts[60];
 };
 
 static const struct { char facts[47];
-    char s0[1108]; char end; } glbk__glsl_prog_ism_clusters_frag GLBK__TIGHT = {
+    char s0[1085]; char end; } glbk__glsl_prog_ism_clusters_frag GLBK__TIGHT = {
     "prog/ism_clusters.frag\0" "ism_corners ism_fold" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\nlayout(location=0)out uvec2 masses;\n"
@@ -2278,7 +2306,7 @@ static const struct { char facts[47];
     "{\n"
     "uint count=ISM_S.cluster_count,size=ISM_S.cluster_size;\n"
     "uint triangles=ISM_S.triangle_count;\n"
-    "uint c=ism_unfold(ivec2(gl_FragCoord.xy),count).x,end=min((c+1u)*size,triangles);\n"
+    "uint c=ism_unfold(count).x,end=min((c+1u)*size,triangles);\n"
     "vec2 sums=vec2(.0);\n"
     "vec3 from=vec3(.0),at=vec3(.0),nn=vec3(.0),other=vec3(.0);\n"
     "float square=.0;\n"
@@ -2311,7 +2339,7 @@ static const struct { char facts[47];
 };
 
 static const struct { char facts[44];
-    char s0[511]; char end; } glbk__glsl_prog_ism_counts_frag GLBK__TIGHT = {
+    char s0[488]; char end; } glbk__glsl_prog_ism_counts_frag GLBK__TIGHT = {
     "prog/ism_counts.frag\0" "ism_access ism_fold" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\nlayout(location=0)out uint result;\n"
@@ -2323,7 +2351,7 @@ static const struct { char facts[44];
     "\nvoid main()\n"
     "{\n"
     "uint count=ISM_F.vpl_count,n=ISM_S.surfel_count;\n"
-    "uint v=ism_unfold(ivec2(gl_FragCoord.xy),ISM_F.vpl_capacity).x;\n"
+    "uint v=ism_unfold(ISM_F.vpl_capacity).x;\n"
     "float mean=.0;\n"
     "result=n;\n"
     "if(ISM_S.vary_surfels==0u||v>=count)return;\n"
@@ -2335,15 +2363,11 @@ static const struct { char facts[44];
     "}\n", 0
 };
 
-static const struct { char facts[34];
-    char s0[1285]; char end; } glbk__glsl_prog_ism_edges_frag GLBK__TIGHT = {
-    "prog/ism_edges.frag\0" "ism_choice" "\0" "" "\0"
+static const struct { char facts[33];
+    char s0[1288]; char end; } glbk__glsl_prog_ism_edges_frag GLBK__TIGHT = {
+    "prog/ism_edges.frag\0" "ism_reach" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\nlayout(location=0)out uvec4 result;\n"
-    "\nvec4 ism_drawn(uint v,int k)\n"
-    "{\n"
-    "return uintBitsToFloat(texelFetch(glbk_ism_drawn,ivec3(v&255u,v>>8,k),0));\n"
-    "}\n"
     "\nfloat ism_edge(uint v,vec3 p,vec3 n,float area)\n"
     "{\n"
     "vec4 near2=vec4(1e30);\n"
@@ -2353,8 +2377,7 @@ static const struct { char facts[34];
     "float d2=dot(d,d);\n"
     "bool beside=i!=v&&d2<near2.w&&dot(n,ism_drawn(i,1).xyz)>=.5;\n"
     "if(beside&&!(d2>.0))area+=other.w;\n"
-    "if(beside&&d2>.0)near2=vec4(min(d2,near2.x),clamp(d2,near2.x,near2.y),\n"
-    "clamp(d2,near2.y,near2.z),clamp(d2,near2.z,near2.w));\n"
+    "if(beside&&d2>.0)near2=vec4(min(d2,near2.x),clamp(vec3(d2),near2.xyz,near2.yzw));\n"
     "}\n"
     "float most=.0;\n"
     "if(near2.w<1e30)most=3.14159265*near2.w;\n"
@@ -2371,9 +2394,13 @@ static const struct { char facts[34];
     "if(part==0u)texel=vec4(place.xyz,1.);\n"
     "else if(part==2u)texel=vec4(ism_drawn(v,2).xyz,.0);\n"
     "else texel=vec4(normal.xyz,.0);\n"
+    "uint nearest;\n"
+    "vec3 low,high;\n"
+    "bool reaches=part==2u&&!black&&ISM_C.near_point_count>0u;\n"
+    "if(reaches)texel.w=ism_reach_of(place.xyz,normal.xyz,nearest,low,high);\n"
     "if(part==1u&&!black)texel.w=ism_edge(v,place.xyz,normal.xyz,place.w);\n"
     "if(part==3u&&ISM_C.windows!=0u){\n"
-    "uint window=texelFetch(glbk_ism_windows,ivec2(v&255u,v>>8),0).w;\n"
+    "uint window=texelFetch(glbk_ism_windows,ism_cell_of(v),0).w;\n"
     "if(window>>31==0u)texel.w=float(window&0xffffffu);\n"
     "}\n"
     "result=floatBitsToUint(texel);\n"
@@ -2381,7 +2408,7 @@ static const struct { char facts[34];
 };
 
 static const struct { char facts[50];
-    char s0[2517]; char end; } glbk__glsl_prog_ism_effect_frag GLBK__TIGHT = {
+    char s0[2465]; char end; } glbk__glsl_prog_ism_effect_frag GLBK__TIGHT = {
     "prog/ism_effect.frag\0" "ism_pvpl ism_hash gbuffer" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\n\nlayout(location=0)out uint result;\n"
@@ -2405,8 +2432,8 @@ static const struct { char facts[50];
     "vec2 centre=(.5*clip+.5)*side;\n"
     "float inner=1./(1.+2.*cohsm_log(reach/r0));\n"
     "float norm=inner/(3.14159265*r0*r0);\n"
-    "vec3 lo=uintBitsToFloat(texelFetch(glbk_ism_box,ivec3(0,0,0),0).xyz);\n"
-    "vec3 hi=uintBitsToFloat(texelFetch(glbk_ism_box,ivec3(0,0,1),0).xyz);\n"
+    "vec3 lo=ISM_FLOATS(glbk_ism_box,ivec3(0,0,0)).xyz;\n"
+    "vec3 hi=ISM_FLOATS(glbk_ism_box,ivec3(0,0,1)).xyz;\n"
     "float extent2=.0;\n"
     "if(lo.x<=hi.x)extent2=dot(hi-lo,hi-lo);\n"
     "for(uint k=0u;k<count;k++){\n"
@@ -2441,7 +2468,7 @@ static const struct { char facts[50];
     "}\n"
     "\nvoid main()\n"
     "{\n"
-    "ivec2 at=ivec2(gl_FragCoord.xy);\n"
+    "ivec2 at=ISM_HERE;\n"
     "ism_pvpl q=ism_read_pvpl(at);\n"
     "int height=int(ISM_C.face_height),face=at.y/height;\n"
     "uint i=uint(at.y-face*height)*ISM_C.width+uint(at.x);\n"
@@ -2452,7 +2479,7 @@ static const struct { char facts[50];
 };
 
 static const struct { char facts[69];
-    char s0[826]; char end; } glbk__glsl_prog_ism_extent_frag GLBK__TIGHT = {
+    char s0[774]; char end; } glbk__glsl_prog_ism_extent_frag GLBK__TIGHT = {
     "prog/ism_extent.frag\0" "cohsm_math ism_choice gbuffer" "\0" "" "\0"
     "FROM=0 | FROM=1" "\0" "",
     "\n\n\n\n\n#ifndef FROM\n"
@@ -2462,7 +2489,7 @@ static const struct { char facts[69];
     "layout(location=1)out uvec4 upper;\n"
     "\nvoid main()\n"
     "{\n"
-    "ivec2 at=ivec2(gl_FragCoord.xy);\n"
+    "ivec2 at=ISM_HERE;\n"
     "vec3 lo=vec3(1e30),hi=vec3(-1e30);\n"
     "#if FROM == 0\n"
     "uint count=ISM_C.view_width*ISM_C.view_height,pace=count/65536u+1u;\n"
@@ -2478,8 +2505,8 @@ static const struct { char facts[69];
     "}\n"
     "#else\n"
     "for(int k=0;k<32;k++){\n"
-    "lo=min(lo,uintBitsToFloat(texelFetch(glbk_ism_box,ivec3(k,at.x,0),0).xyz));\n"
-    "hi=max(hi,uintBitsToFloat(texelFetch(glbk_ism_box,ivec3(k,at.x,1),0).xyz));\n"
+    "lo=min(lo,ISM_FLOATS(glbk_ism_box,ivec3(k,at.x,0)).xyz);\n"
+    "hi=max(hi,ISM_FLOATS(glbk_ism_box,ivec3(k,at.x,1)).xyz);\n"
     "}\n"
     "#endif\n"
     "lower=uvec4(floatBitsToUint(lo),0u);\n"
@@ -2488,7 +2515,7 @@ static const struct { char facts[69];
 };
 
 static const struct { char facts[76];
-    char s0[2386]; char end; } glbk__glsl_prog_ism_fill_comp GLBK__TIGHT = {
+    char s0[2299]; char end; } glbk__glsl_prog_ism_fill_comp GLBK__TIGHT = {
     "prog/ism_fill.comp\0" "ism_holes ism_push" "\0" "" "\0"
     "ISM_PROJECTION=1 | ISM_PROJECTION=4" "\0" "",
     "\n\n\n\n\nlayout(local_size_x=256)in;\n"
@@ -2527,15 +2554,14 @@ static const struct { char facts[76];
     "ism_origin=begin-margin;\n"
     "for(uint i=thread;i<uint(ISM_SIDE*ISM_SIDE);i+=256u){\n"
     "ivec2 at=ism_origin+ism_texel(i),local=at-tile;\n"
-    "bool inside=used&&all(greaterThanEqual(local,ivec2(0)))&&all(lessThan(local,ivec2(size)));\n"
+    "bool inside=used&&clamp(local,0,size-1)==local;\n"
     "ism_depths[i]=inside?ism_plane_at(at).w:ISM_FAR;\n"
     "}\n"
     "barrier();\n"
     "for(uint k=0u;k<16u&&levels!=0;k++){\n"
     "ivec2 texel=ism_texel(thread+256u*k);\n"
     "float depth=ism_depth(ism_origin+texel);\n"
-    "bool near_by=all(greaterThanEqual(texel,ivec2(margin/2)))&&\n"
-    "all(lessThan(texel,ivec2(ISM_SIDE-margin/2)));\n"
+    "bool near_by=clamp(texel,margin/2,ISM_SIDE-1-margin/2)==texel;\n"
     "if(near_by&&depth<ISM_FAR&&ism_hole(grid,ism_origin+texel,depth))holes|=1u<<k;\n"
     "}\n"
     "barrier();\n"
@@ -2574,14 +2600,14 @@ static const struct { char facts[50];
 };
 
 static const struct { char facts[68];
-    char s0[328]; char end; } glbk__glsl_prog_ism_holes_frag GLBK__TIGHT = {
+    char s0[314]; char end; } glbk__glsl_prog_ism_holes_frag GLBK__TIGHT = {
     "prog/ism_holes.frag\0" "ism_holes" "\0" "" "\0"
     "ISM_PROJECTION=1 | ISM_PROJECTION=4" "\0" "",
     "\n\n\n\nlayout(location=0)out uint result;\n"
     "\nfloat ism_depth(ivec2 at){return ism_plane_at(at).w;}\n"
     "\nvoid main()\n"
     "{\n"
-    "ivec2 at=ivec2(gl_FragCoord.xy);\n"
+    "ivec2 at=ISM_HERE;\n"
     "uint v=ism_tile_of(at);\n"
     "float depth=ism_depth(at);\n"
     "result=0u;\n"
@@ -2590,8 +2616,102 @@ static const struct { char facts[68];
     "}\n", 0
 };
 
+static const struct { char facts[32];
+    char s0[830]; char end; } glbk__glsl_prog_ism_near_frag GLBK__TIGHT = {
+    "prog/ism_near.frag\0" "ism_reach" "\0" "" "\0"
+    "" "\0" "",
+    "\n\n\n\n\nlayout(location=0)out uvec4 result;\n"
+    "\n\nuvec3 ism_spread_bits(uvec3 x)\n"
+    "{\n"
+    "x=(x|x<<16)&0x030000ffu;\n"
+    "x=(x|x<<8)&0x0300f00fu;\n"
+    "x=(x|x<<4)&0x030c30c3u;\n"
+    "return(x|x<<2)&0x09249249u;\n"
+    "}\n"
+    "\nvoid main()\n"
+    "{\n"
+    "uint nearest;\n"
+    "vec3 low,high;\n"
+    "vec4 place=ISM_FLOATS(glbk_ism_near,ivec3(gl_FragCoord.xy,0));\n"
+    "vec3 n=ISM_FLOATS(glbk_ism_near,ivec3(gl_FragCoord.xy,1)).xyz;\n"
+    "float reach=ism_reach_of(place.xyz,n,nearest,low,high),disc=3.14159265*reach*reach,area=place.w;\n"
+    "float count=float(ISM_C.near_point_count)/float(ISM_C.vpl_count);\n"
+    "if(!(area>.0))area=disc/(32.*count);\n"
+    "if(dot(n,n)==.0)reach=.0;\n"
+    "high-=low;\n"
+    "vec3 at=(place.xyz-low)/max(max(high.x,max(high.y,high.z)),1e-30);\n"
+    "uvec3 bits=ism_spread_bits(uvec3(clamp(at*1024.,.0,1023.)));\n"
+    "result=uvec4(floatBitsToUint(vec3(sqrt(min(area,.125*disc)),reach,float(nearest))),\n"
+    "bits.x|bits.y<<1|bits.z<<2);\n"
+    "}\n", 0
+};
+
+static const struct { char facts[46];
+    char s0[92]; char end; } glbk__glsl_prog_ism_near_sort_frag GLBK__TIGHT = {
+    "prog/ism_near_sort.frag\0" "" "\0" "ism_near_sort.vert" "\0"
+    "" "\0" "",
+    "\n\nflat in uint ism_from;\n"
+    "layout(location=0)out uint result;\n"
+    "\nvoid main(){result=ism_from;}\n", 0
+};
+
+static const struct { char facts[38];
+    char s0[466]; char end; } glbk__glsl_prog_ism_near_sort_vert GLBK__TIGHT = {
+    "prog/ism_near_sort.vert\0" "ism_choice" "\0" "" "\0"
+    "" "\0" "",
+    "\n\n\nflat out uint ism_from;\n"
+    "\nvoid main()\n"
+    "{\n"
+    "uint i=uint(gl_VertexID),count=ISM_C.near_point_count,first=i&~1023u,rank=first;\n"
+    "uint own=texelFetch(glbk_ism_near_facts,ism_cell_of(i),0).w;\n"
+    "for(uint k=first;k<min(first+1024u,count);k++){\n"
+    "uint key=texelFetch(glbk_ism_near_facts,ism_cell_of(k),0).w;\n"
+    "if(key<own||(key==own&&k<i))rank++;\n"
+    "}\n"
+    "ism_from=i;\n"
+    "vec2 size=vec2(256u,(count+255u)>>8);\n"
+    "gl_Position=vec4((vec2(ism_cell_of(rank))+.5)/size*2.-1.,.0,1.);\n"
+    "gl_PointSize=1.;\n"
+    "}\n", 0
+};
+
+static const struct { char facts[39];
+    char s0[1033]; char end; } glbk__glsl_prog_ism_near_table_frag GLBK__TIGHT = {
+    "prog/ism_near_table.frag\0" "ism_choice" "\0" "" "\0"
+    "" "\0" "",
+    "\n\n\n\nlayout(location=0)out uvec4 result;\n"
+    "\n\nvec4 ism_sorted(uint i,uint k)\n"
+    "{\n"
+    "ivec2 at=ism_cell_of(texelFetch(glbk_ism_near_order,ism_cell_of(i),0).x);\n"
+    "vec4 facts=ISM_FLOATS(glbk_ism_near_facts,at);\n"
+    "return vec4(ISM_FLOATS(glbk_ism_near,ivec3(at,k)).xyz,k==0u?facts.x:k==1u?facts.y:facts.z);\n"
+    "}\n"
+    "\nvec4 ism_sphere(uint first,uint end)\n"
+    "{\n"
+    "vec3 low=ism_sorted(first,0u).xyz,high=low;\n"
+    "for(uint i=first;i<end;i++){\n"
+    "low=min(low,ism_sorted(i,0u).xyz);\n"
+    "high=max(high,ism_sorted(i,0u).xyz);\n"
+    "}\n"
+    "vec4 sphere=vec4(.5*(low+high),.0);\n"
+    "for(uint i=first;i<end;i++)\n"
+    "sphere.w=max(sphere.w,distance(ism_sorted(i,0u).xyz,sphere.xyz)+ism_sorted(i,1u).w);\n"
+    "return sphere;\n"
+    "}\n"
+    "\nvoid main()\n"
+    "{\n"
+    "uint count=ISM_C.near_point_count,at=(uint(gl_FragCoord.y)<<10)+uint(gl_FragCoord.x);\n"
+    "uint i=at-ISM_C.first_near_point,block=64u*(at-ISM_C.first_sphere);\n"
+    "vec4 texel;\n"
+    "if(at>=ISM_C.first_near_point&&i<3u*count)texel=ism_sorted(i/3u,i%3u);\n"
+    "else if(at>=ISM_C.first_sphere&&block<count)texel=ism_sphere(block,min(block+64u,count));\n"
+    "else discard;\n"
+    "result=floatBitsToUint(texel);\n"
+    "}\n", 0
+};
+
 static const struct { char facts[54];
-    char s0[2449]; char end; } glbk__glsl_prog_ism_pairs_frag GLBK__TIGHT = {
+    char s0[2292]; char end; } glbk__glsl_prog_ism_pairs_frag GLBK__TIGHT = {
     "prog/ism_pairs.frag\0" "cohsm_math ism_access ism_fold" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\nlayout(location=0)out uint result;\n"
@@ -2602,14 +2722,10 @@ static const struct { char facts[54];
     "\nism_cluster ism_read_cluster(uint c)\n"
     "{\n"
     "ivec3 at=ivec3(ism_fold(c,ISM_S.cluster_count,0u),0);\n"
-    "vec4 place=uintBitsToFloat(texelFetch(glbk_ism_clusters,at,0));\n"
-    "ism_cluster k;\n"
-    "k.at=place.xyz;\n"
-    "k.radius2=place.w;\n"
-    "k.squares=uintBitsToFloat(texelFetch(glbk_ism_clusters,at+ivec3(0,0,1),0).xyz);\n"
-    "k.mixed=uintBitsToFloat(texelFetch(glbk_ism_clusters,at+ivec3(0,0,2),0).xyz);\n"
-    "k.area=uintBitsToFloat(texelFetch(glbk_ism_masses,at.xy,0).x);\n"
-    "return k;\n"
+    "vec4 place=ISM_FLOATS(glbk_ism_clusters,at);\n"
+    "vec3 squares=ISM_FLOATS(glbk_ism_clusters,at+ivec3(0,0,1)).xyz;\n"
+    "vec3 mixed=ISM_FLOATS(glbk_ism_clusters,at+ivec3(0,0,2)).xyz;\n"
+    "return ism_cluster(ISM_FLOATS(glbk_ism_masses,at.xy).x,place.w,place.xyz,squares,mixed);\n"
     "}\n"
     "\n\nfloat ism_facing2(ism_cluster c,vec3 l)\n"
     "{\n"
@@ -2654,7 +2770,7 @@ static const struct { char facts[54];
     "at=at*v.basis;\n"
     "if(v.sky){\n"
     "uv=.5*at.xy/d+.5;\n"
-    "seen=all(greaterThanEqual(uv,vec2(.0)))&&all(lessThan(uv,vec2(1.)));\n"
+    "seen=fract(uv)==uv;\n"
     "}else{\n"
     "seen=ism_map_coordinates(ism_projection_of(v.exponent),v.exponent,at/length(at),uv);\n"
     "}\n"
@@ -2665,7 +2781,7 @@ static const struct { char facts[54];
     "\nvoid main()\n"
     "{\n"
     "uint count=ISM_S.cluster_count;\n"
-    "uvec2 place=ism_unfold(ivec2(gl_FragCoord.xy),count);\n"
+    "uvec2 place=ism_unfold(count);\n"
     "uint v=ISM_S.first_vpl+place.y;\n"
     "float effect=.0;\n"
     "if(place.x<count&&v<ISM_F.vpl_count){\n"
@@ -2680,7 +2796,7 @@ static const struct { char facts[54];
 };
 
 static const struct { char facts[47];
-    char s0[2141]; char end; } glbk__glsl_prog_ism_points_frag GLBK__TIGHT = {
+    char s0[2127]; char end; } glbk__glsl_prog_ism_points_frag GLBK__TIGHT = {
     "prog/ism_points.frag\0" "ism_densities ism_hash" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\nlayout(location=0)out uvec4 result;\n"
@@ -2739,7 +2855,7 @@ static const struct { char facts[47];
     "uint each=ISM_S.phase_surfel_count,v=i/each,row=v-ISM_S.first_vpl;\n"
     "uint at=(i-v*each)*ISM_S.lazy_frames+ISM_S.phase;\n"
     "if(v<ISM_S.first_vpl||row>=ISM_S.batch)discard;\n"
-    "if(ISM_S.keep!=0u&&texelFetch(glbk_ism_gone,ivec2(gl_FragCoord.xy),0).x==0u)discard;\n"
+    "if(ISM_S.keep!=0u&&texelFetch(glbk_ism_gone,ISM_HERE,0).x==0u)discard;\n"
     "uint n=texelFetch(glbk_ism_counts,ism_fold(v,ISM_S.vpl_capacity,0u),0).x;\n"
     "result=uvec4(0u);\n"
     "if(at<n)result=ism_point(v,row*ISM_S.pair,at,n);\n"
@@ -2747,7 +2863,7 @@ static const struct { char facts[47];
 };
 
 static const struct { char facts[70];
-    char s0[311]; char end; } glbk__glsl_prog_ism_pull_frag GLBK__TIGHT = {
+    char s0[297]; char end; } glbk__glsl_prog_ism_pull_frag GLBK__TIGHT = {
     "prog/ism_pull.frag\0" "ism_fill" "\0" "" "\0"
     "ISM_LEVEL=1 | ISM_LEVEL=2 | ISM_LEVEL=3" "\0" "",
     "\n\n\n\n#ifndef ISM_LEVEL\n"
@@ -2756,7 +2872,7 @@ static const struct { char facts[70];
     "layout(location=0)out uint result;\n"
     "\nvoid main()\n"
     "{\n"
-    "ivec2 cell=ivec2(gl_FragCoord.xy);\n"
+    "ivec2 cell=ISM_HERE;\n"
     "uvec4 parts;\n"
     "for(int k=0;k<4;k++)parts[k]=texelFetch(glbk_ism_below,2*cell+ivec2(k&1,k>>1),0).x;\n"
     "result=ism_pull(ISM_LEVEL,cell&((int(ISM_F.tile_side)>>ISM_LEVEL)-1),parts);\n"
@@ -2764,13 +2880,13 @@ static const struct { char facts[70];
 };
 
 static const struct { char facts[77];
-    char s0[349]; char end; } glbk__glsl_prog_ism_push_frag GLBK__TIGHT = {
+    char s0[335]; char end; } glbk__glsl_prog_ism_push_frag GLBK__TIGHT = {
     "prog/ism_push.frag\0" "ism_push ism_pulled" "\0" "" "\0"
     "ISM_PROJECTION=1 | ISM_PROJECTION=4" "\0" "",
     "\n\n\n\nlayout(location=0)out uint result;\n"
     "\nvoid main()\n"
     "{\n"
-    "ivec2 at=ivec2(gl_FragCoord.xy),from;\n"
+    "ivec2 at=ISM_HERE,from;\n"
     "uint v=ism_tile_of(at);\n"
     "float depth=ISM_FAR;\n"
     "bool fills=ISM_F.fill_levels!=0u&&v<ISM_F.vpl_count;\n"
@@ -2781,7 +2897,7 @@ static const struct { char facts[77];
 };
 
 static const struct { char facts[55];
-    char s0[730]; char end; } glbk__glsl_prog_ism_receivers_frag GLBK__TIGHT = {
+    char s0[707]; char end; } glbk__glsl_prog_ism_receivers_frag GLBK__TIGHT = {
     "prog/ism_receivers.frag\0" "cohsm_math ism_fold gbuffer" "\0" "" "\0"
     "" "\0" "",
     "\n\n\nlayout(location=0)out uvec4 result;\n"
@@ -2789,7 +2905,7 @@ static const struct { char facts[55];
     "{\n"
     "uint width=ISM_S.view_width,n0=width*ISM_S.view_height;\n"
     "uint n1=ism_blocks(n0),n2=ism_blocks(n1),n3=ism_blocks(n2),n4=ism_blocks(n3);\n"
-    "uint i=ism_unfold(ivec2(gl_FragCoord.xy),n0).x;\n"
+    "uint i=ism_unfold(n0).x;\n"
     "float x=float(i)+.5,all=ism_folded(glbk_ism_runs4,n4-1u,n4,0u);\n"
     "result=uvec4(0u);\n"
     "if(!(x<all))return;\n"
@@ -2822,7 +2938,7 @@ static const struct { char facts[54];
 };
 
 static const struct { char facts[30];
-    char s0[521]; char end; } glbk__glsl_prog_ism_run_frag GLBK__TIGHT = {
+    char s0[479]; char end; } glbk__glsl_prog_ism_run_frag GLBK__TIGHT = {
     "prog/ism_run.frag\0" "ism_fold" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\nlayout(location=0)out uvec2 result;\n"
@@ -2830,7 +2946,7 @@ static const struct { char facts[30];
     "{\n"
     "uint pace=ISM_S.pace,count=ISM_S.value_count,own=ism_blocks(count);\n"
     "if(pace!=0u)own=(count+pace-1u)/pace;\n"
-    "uvec2 place=ism_unfold(ivec2(gl_FragCoord.xy),own);\n"
+    "uvec2 place=ism_unfold(own);\n"
     "uint k=32u*place.x,end=min(k+32u,count);\n"
     "if(pace!=0u){\n"
     "k=place.x-(place.x&31u);\n"
@@ -2839,46 +2955,44 @@ static const struct { char facts[30];
     "vec2 sum=vec2(.0);\n"
     "for(;k<end;k++){\n"
     "uint i=pace==0u?k:min(pace*k+pace-1u,count-1u);\n"
-    "sum+=uintBitsToFloat(texelFetch(glbk_ism_values,ism_fold(i,count,place.y),0).xy);\n"
+    "sum+=ISM_FLOATS(glbk_ism_values,ism_fold(i,count,place.y)).xy;\n"
     "}\n"
     "result=floatBitsToUint(sum);\n"
     "}\n", 0
 };
 
 static const struct { char facts[33];
-    char s0[462]; char end; } glbk__glsl_prog_ism_scan_frag GLBK__TIGHT = {
+    char s0[429]; char end; } glbk__glsl_prog_ism_scan_frag GLBK__TIGHT = {
     "prog/ism_scan.frag\0" "ism_choice" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\n\nlayout(location=0)out uvec2 result;\n"
     "\nvoid main()\n"
     "{\n"
-    "ivec2 at=ivec2(gl_FragCoord.xy),along=ivec2(1,0);\n"
+    "ivec2 at=ISM_HERE,along=ivec2(1,0);\n"
     "if(ISM_C.columns!=0u)along=ivec2(0,1);\n"
     "int i=at.x*along.x+at.y*along.y;\n"
     "int pace=int(ISM_C.pace),last=int(ISM_C.value_count)-1;\n"
     "ivec2 base=at-along*i+ivec2(int(ISM_C.first_column),0);\n"
     "vec2 sum=vec2(.0);\n"
     "for(int k=i-(i&31);k<=i;k++)\n"
-    "sum+=uintBitsToFloat(texelFetch(glbk_ism_summed,base+along*min(pace*k+pace-1,last),0).xy);\n"
+    "sum+=ISM_FLOATS(glbk_ism_summed,base+along*min(pace*k+pace-1,last)).xy;\n"
     "result=floatBitsToUint(sum);\n"
     "}\n", 0
 };
 
 static const struct { char facts[50];
-    char s0[397]; char end; } glbk__glsl_prog_ism_seen_frag GLBK__TIGHT = {
+    char s0[343]; char end; } glbk__glsl_prog_ism_seen_frag GLBK__TIGHT = {
     "prog/ism_seen.frag\0" "cohsm_math ism_fold gbuffer" "\0" "" "\0"
     "" "\0" "",
     "\n\n\nlayout(location=0)out uint result;\n"
     "\nvoid main()\n"
     "{\n"
     "uint width=ISM_S.view_width,count=width*ISM_S.view_height;\n"
-    "uint i=ism_unfold(ivec2(gl_FragCoord.xy),count).x,j=min(i,count-1u),row=j/width;\n"
+    "uint i=ism_unfold(count).x,j=min(i,count-1u),row=j/width;\n"
     "glbk_point p;\n"
     "bool seen=glbk_read_point(ivec2(j-row*width,row),p);\n"
     "seen=seen&&i<count&&cohsm_finite3(p.position)&&dot(p.normal,p.normal)>.25;\n"
-    "float one=.0;\n"
-    "if(seen)one=1.;\n"
-    "result=floatBitsToUint(one);\n"
+    "result=seen?0x3f800000u:0u;\n"
     "}\n", 0
 };
 
@@ -2930,13 +3044,13 @@ static const struct { char facts[188];
 };
 
 static const struct { char facts[188];
-    char s0[313]; char end; } glbk__glsl_prog_ism_shade_frag GLBK__TIGHT = {
+    char s0[299]; char end; } glbk__glsl_prog_ism_shade_frag GLBK__TIGHT = {
     "prog/ism_shade.frag\0" "ism_gbuffer ism_light" "\0" "" "\0"
     "ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5 | ISM_NEAR=6" "\0" "",
     "\n\n\n\n\n\nlayout(location=0)out glbk_color result;\n"
     "\nvoid main()\n"
     "{\n"
-    "ivec2 at=ivec2(gl_FragCoord.xy);\n"
+    "ivec2 at=ISM_HERE;\n"
     "uint side=glbk_ism_view.interleave;\n"
     "uvec2 place=uvec2(at)%side;\n"
     "ism_receiver r;\n"
@@ -2947,20 +3061,20 @@ static const struct { char facts[188];
 };
 
 static const struct { char facts[38];
-    char s0[614]; char end; } glbk__glsl_prog_ism_shares_frag GLBK__TIGHT = {
+    char s0[553]; char end; } glbk__glsl_prog_ism_shares_frag GLBK__TIGHT = {
     "prog/ism_shares.frag\0" "ism_densities" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\nlayout(location=0)out uint result;\n"
     "\nvoid main()\n"
     "{\n"
     "uint count=ISM_S.cluster_count;\n"
-    "uvec2 place=ism_unfold(ivec2(gl_FragCoord.xy),count);\n"
+    "uvec2 place=ism_unfold(count);\n"
     "float share=.0;\n"
     "if(place.x<count){\n"
     "float p=ism_density(ism_folded2(glbk_ism_masses,place.x,count)),q=p;\n"
     "ivec2 end=textureSize(glbk_ism_runs4,0)-1;\n"
-    "if(ISM_S.pair!=0u&&uintBitsToFloat(texelFetch(glbk_ism_runs4,end,0).x)>.0){\n"
-    "float all=uintBitsToFloat(texelFetch(glbk_ism_effect_totals,ivec2(0,int(place.y)),0).x);\n"
+    "if(ISM_S.pair!=0u&&ISM_FLOATS(glbk_ism_runs4,end).x>.0){\n"
+    "float all=ISM_FLOATS(glbk_ism_effect_totals,ivec2(0,int(place.y))).x;\n"
     "float effect=ism_folded(glbk_ism_values,place.x,count,place.y);\n"
     "if(all>.0)q=effect/all;\n"
     "}\n"
@@ -2971,7 +3085,7 @@ static const struct { char facts[38];
 };
 
 static const struct { char facts[56];
-    char s0[1535]; char end; } glbk__glsl_prog_ism_sights_frag GLBK__TIGHT = {
+    char s0[1521]; char end; } glbk__glsl_prog_ism_sights_frag GLBK__TIGHT = {
     "prog/ism_sights.frag\0" "ism_pvpl gbuffer" "\0" "" "\0"
     "FROM=0 | FROM=1" "\0" "",
     "\n\n\n\n\n\n#ifndef FROM\n"
@@ -2991,7 +3105,7 @@ static const struct { char facts[56];
     "}\n"
     "\nvoid main()\n"
     "{\n"
-    "ivec2 at=ivec2(gl_FragCoord.xy),side=ivec2(ISM_C.view_width,ISM_C.view_height);\n"
+    "ivec2 at=ISM_HERE,side=ivec2(ISM_C.view_width,ISM_C.view_height);\n"
     "glbk_point p;\n"
     "first=second=uvec4(0u);\n"
     "#if FROM == 0\n"
@@ -3026,7 +3140,7 @@ static const struct { char facts[56];
 };
 
 static const struct { char facts[64];
-    char s0[1680]; char end; } glbk__glsl_prog_ism_sizes_frag GLBK__TIGHT = {
+    char s0[1619]; char end; } glbk__glsl_prog_ism_sizes_frag GLBK__TIGHT = {
     "prog/ism_sizes.frag\0" "cohsm_math ism_corners ism_fold ism_hash" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\nlayout(location=0)out uvec2 result;\n"
@@ -3055,7 +3169,7 @@ static const struct { char facts[64];
     "\nvoid main()\n"
     "{\n"
     "uint count=ISM_S.triangle_count,views=ISM_S.views;\n"
-    "uint t=ism_unfold(ivec2(gl_FragCoord.xy),count).x;\n"
+    "uint t=ism_unfold(count).x;\n"
     "result=uvec2(0u);\n"
     "if(t>=count)return;\n"
     "ism_corners p=ism_read_corners(t);\n"
@@ -3065,12 +3179,12 @@ static const struct { char facts[64];
     "uint pixels=ISM_S.view_width*ISM_S.view_height,valid=0u;\n"
     "if(views>0u){\n"
     "ivec2 end=textureSize(glbk_ism_runs4,0)-1;\n"
-    "valid=uint(uintBitsToFloat(texelFetch(glbk_ism_runs4,end,0).x));\n"
+    "valid=uint(ISM_FLOATS(glbk_ism_runs4,end).x);\n"
     "}\n"
     "uint key=ism_hash_combine(ISM_S.seed,0x7000u+cohsm_if(views==1u,0u,t));\n"
     "for(uint k=0u;k<views&&valid>0u;k++){\n"
     "uint i=ism_multiply_high(ism_hash_combine(key,k),valid);\n"
-    "vec3 eye=uintBitsToFloat(texelFetch(glbk_ism_receivers,ism_fold(i,pixels,0u),0).xyz);\n"
+    "vec3 eye=ISM_FLOATS(glbk_ism_receivers,ism_fold(i,pixels,0u)).xyz;\n"
     "solid+=ism_solid_angle_from(eye,p,normal2,area2);\n"
     "}\n"
     "if(views>0u)solid/=float(views);\n"
@@ -3219,7 +3333,7 @@ static const struct { char facts[67];
 };
 
 static const struct { char facts[127];
-    char s0[817]; char end; } glbk__glsl_prog_ism_splat_frag GLBK__TIGHT = {
+    char s0[777]; char end; } glbk__glsl_prog_ism_splat_frag GLBK__TIGHT = {
     "prog/ism_splat.frag\0" "ism_disc" "\0" "ism_splat.vert" "\0"
     "ISM_PROJECTION=1 ISM_QUADS=0 ISM_HITS=0 | ISM_PROJECTION=4 ISM_QUADS=1 ISM_HITS=1" "\0" "",
     "\n\n\n\nflat in vec4 ism_at;\n"
@@ -3236,8 +3350,8 @@ static const struct { char facts[127];
     "#endif\n"
     "\nvoid main()\n"
     "{\n"
-    "ivec2 at=ivec2(gl_FragCoord.xy);\n"
-    "if(any(lessThan(at,ism_box.xy))||any(greaterThan(at,ism_box.zw)))discard;\n"
+    "ivec2 at=ISM_HERE;\n"
+    "if(clamp(at,ism_box.xy,ism_box.zw)!=at)discard;\n"
     "ism_surfel s=ism_surfel(ism_at.xyz,ism_plane.xyz,ism_at.w,.0,vec2(.0),ism_cut1,ism_cut2,\n"
     "ism_box);\n"
     "ism_grid grid=ism_grid(ism_plane.w,ism_across,ism_down);\n"
@@ -3315,11 +3429,11 @@ static const struct { char facts[32];
 };
 
 static const struct { char facts[32];
-    char s0[1120]; char end; } glbk__glsl_prog_ism_weigh_frag GLBK__TIGHT = {
+    char s0[1087]; char end; } glbk__glsl_prog_ism_weigh_frag GLBK__TIGHT = {
     "prog/ism_weigh.frag\0" "ism_pvpl" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\nlayout(location=0)out uvec2 result;\n"
-    "\nfloat ism_effect_at(ivec2 at){return uintBitsToFloat(texelFetch(glbk_ism_effects,at,0).x);}\n"
+    "\nfloat ism_effect_at(ivec2 at){return ISM_FLOATS(glbk_ism_effects,at).x;}\n"
     "\nfloat ism_blurred(ivec2 at,ism_pvpl q)\n"
     "{\n"
     "int radius=int(ISM_C.blur_radius),height=int(ISM_C.face_height);\n"
@@ -3343,7 +3457,7 @@ static const struct { char facts[32];
     "}\n"
     "\nvoid main()\n"
     "{\n"
-    "ivec2 at=ivec2(gl_FragCoord.xy);\n"
+    "ivec2 at=ISM_HERE;\n"
     "ism_pvpl q=ism_read_pvpl(at);\n"
     "float effect=.0;\n"
     "if(ISM_C.by_effect!=0u&&q.luminance>.0){\n"
@@ -3356,14 +3470,14 @@ static const struct { char facts[32];
 };
 
 static const struct { char facts[89];
-    char s0[1451]; char end; } glbk__glsl_prog_ism_windows_frag GLBK__TIGHT = {
+    char s0[1380]; char end; } glbk__glsl_prog_ism_windows_frag GLBK__TIGHT = {
     "prog/ism_windows.frag\0" "ism_map ism_choice ism_frame" "\0" "" "\0"
     "ISM_PROJECTION=1 | ISM_PROJECTION=2" "\0" "",
     "\n\n\n\n\n\nlayout(location=0)out uvec4 result;\n"
-    "\nvec4 ism_drawn(ivec2 at,int k){return uintBitsToFloat(texelFetch(glbk_ism_drawn,ivec3(at,k),0));}\n"
+    "\nvec4 ism_drawn(ivec2 at,int k){return ISM_FLOATS(glbk_ism_drawn,ivec3(at,k));}\n"
     "\nvoid main()\n"
     "{\n"
-    "ivec2 at=ivec2(gl_FragCoord.xy);\n"
+    "ivec2 at=ISM_HERE;\n"
     "vec4 facing=ism_drawn(at,1),across,down;\n"
     "vec3 place=ism_drawn(at,0).xyz;\n"
     "uint face=(uint(ism_drawn(at,2).w)&127u)<<24,side=glbk_ism_frame.tile_side,window=0u;\n"
@@ -3371,8 +3485,8 @@ static const struct { char facts[89];
     "vec2 lo=vec2(1.),hi=vec2(.0),uv;\n"
     "mat3 basis=ism_basis_of(facing.xyz);\n"
     "for(int i=0;i<512;i++){\n"
-    "vec4 p=uintBitsToFloat(texelFetch(glbk_ism_sights,ivec3(i&63,i>>6,0),0));\n"
-    "vec3 n=uintBitsToFloat(texelFetch(glbk_ism_sights,ivec3(i&63,i>>6,1),0).xyz);\n"
+    "vec4 p=ISM_FLOATS(glbk_ism_sights,ivec3(i&63,i>>6,0));\n"
+    "vec3 n=ISM_FLOATS(glbk_ism_sights,ivec3(i&63,i>>6,1)).xyz;\n"
     "vec3 d=p.xyz-place,l=d*basis;\n"
     "bool before_it=ism_map_coordinates(ism_projection_of(1.),1.,l/length(l),uv);\n"
     "if(before_it&&p.w>.0&&dot(n,d)<.0){\n"
@@ -3407,6 +3521,7 @@ static const glbk_file glbk__ism_files[] = {
     { (const char *)&glbk__glsl_lib_ism_densities_glsl },
     { (const char *)&glbk__glsl_lib_ism_disc_glsl },
     { (const char *)&glbk__glsl_lib_ism_fill_glsl },
+    { (const char *)&glbk__glsl_lib_ism_floats_glsl },
     { (const char *)&glbk__glsl_lib_ism_fold_glsl },
     { (const char *)&glbk__glsl_lib_ism_frame_glsl },
     { (const char *)&glbk__glsl_lib_ism_gbuffer_glsl },
@@ -3418,6 +3533,7 @@ static const glbk_file glbk__ism_files[] = {
     { (const char *)&glbk__glsl_lib_ism_pulled_glsl },
     { (const char *)&glbk__glsl_lib_ism_push_glsl },
     { (const char *)&glbk__glsl_lib_ism_pvpl_glsl },
+    { (const char *)&glbk__glsl_lib_ism_reach_glsl },
     { (const char *)&glbk__glsl_lib_ism_scattering_glsl },
     { (const char *)&glbk__glsl_lib_ism_search_glsl },
     { (const char *)&glbk__glsl_lib_ism_view_glsl },
@@ -3433,6 +3549,10 @@ static const glbk_file glbk__ism_files[] = {
     { (const char *)&glbk__glsl_prog_ism_fill_comp },
     { (const char *)&glbk__glsl_prog_ism_gone_frag },
     { (const char *)&glbk__glsl_prog_ism_holes_frag },
+    { (const char *)&glbk__glsl_prog_ism_near_frag },
+    { (const char *)&glbk__glsl_prog_ism_near_sort_frag },
+    { (const char *)&glbk__glsl_prog_ism_near_sort_vert },
+    { (const char *)&glbk__glsl_prog_ism_near_table_frag },
     { (const char *)&glbk__glsl_prog_ism_pairs_frag },
     { (const char *)&glbk__glsl_prog_ism_points_frag },
     { (const char *)&glbk__glsl_prog_ism_pull_frag },
@@ -4679,7 +4799,8 @@ enum { GLBK__ISM_BLOCK = 32,        /* values that one block of running sums has
 
 enum { GLBK__ISM_WEIGH, GLBK__ISM_SCAN, GLBK__ISM_CHOOSE, GLBK__ISM_EDGES, GLBK__ISM_EFFECT, GLBK__ISM_EXTENT,
        GLBK__ISM_WINDOW = GLBK__ISM_EXTENT + 2, GLBK__ISM_SIGHT,
-       GLBK__ISM_CHOICE_PROGRAMS = GLBK__ISM_SIGHT + 2 };
+       GLBK__ISM_NEAR = GLBK__ISM_SIGHT + 2, GLBK__ISM_NEAR_SORT, GLBK__ISM_NEAR_TABLE,
+       GLBK__ISM_CHOICE_PROGRAMS };
 
 /* Returns whether effects on the picture count in the choice, and not flux alone. */
 static uint32_t glbk__ism_by_effect(const ism_desc *d) { return d->importance != ISM_IMPORTANCE_FLUX; }
@@ -4829,6 +4950,21 @@ static void glbk__ism_make_effects(glbk__ism_making *k, uint32_t by_effect, glbk
     k->defines = NULL;
 }
 
+/* Makes what near points need. There are none by fewer VPLs than reaches are measured with, and where the
+   first layer of the table has no room for them. */
+static void glbk__ism_make_near(glbk__ism_making *k, const glbk_ism_maps *m, glbk_ism_choice *c)
+{
+    const uint32_t vpls = m->desc.vpl_count, count = vpls * (uint32_t)m->desc.near_point_count;
+    const uint32_t rows = (count + GLBK__ISM_ROW - 1) / GLBK__ISM_ROW;
+    if (!count || vpls <= 8 || glbk__ism_vpl_texels(m) + glbk__ism_spheres(m) + 3 * count > 1 << 20) return;
+    c->near_point_count = count;
+    glbk__ism_make_stack(k, GLBK__ISM_ROW, rows, 3, &c->near_points);
+    glbk__ism_make_sheet(k, GLBK_FORMAT_RGBA32UI, GLBK__ISM_ROW, rows, &c->near[0]);
+    glbk__ism_make_sheet(k, GLBK_FORMAT_R32UI, GLBK__ISM_ROW, rows, &c->near[1]);
+    glbk__ism_make_passes(k, "ism_near.frag\0ism_near_sort.frag\0ism_near_table.frag\0",
+                          &c->programs[GLBK__ISM_NEAR]);
+}
+
 static glbk_result glbk__ism_create_choice(glbk_context *ctx, const glbk_ism_maps *m, glbk_ism_choice *c)
 {
     const uint32_t width = c->desc.width, rows = glbk__ism_source_rows(&c->desc);
@@ -4840,6 +4976,7 @@ static glbk_result glbk__ism_create_choice(glbk_context *ctx, const glbk_ism_map
     glbk__ism_make_stack(&k, GLBK__ISM_ROW, (m->desc.vpl_count + GLBK__ISM_ROW - 1) / GLBK__ISM_ROW, 3,
                          &c->drawn);
     glbk__ism_make_windows(&k, &m->desc, c);
+    glbk__ism_make_near(&k, m, c);
     glbk__ism_make_target(&k, NULL, &m->vpls, 1, &c->table_target);
     glbk__ism_make_block(&k, sizeof(glbk_ism_choosing), &c->block);
     glbk__ism_make_passes(&k, "ism_weigh.frag\0ism_scan.frag\0ism_choose.frag\0ism_edges.frag\0",
@@ -4903,6 +5040,7 @@ static void glbk__ism_set_choosing(const glbk_ism_choice *c, const ism_desc *map
     b->shift_bits = glbk_ism__hash_combine(key, 12);
     b->seed = key;
     b->by_effect = glbk__ism_by_effect(maps);
+    b->near_point_count = c->near_point_count;
     if (b->by_effect) glbk__ism_weighing_of(c, maps, b);
 }
 
@@ -4914,7 +5052,7 @@ static glbk_result glbk__ism_begin_choice(glbk_context *ctx, glbk_ism_choice *c,
     glbk_result result;
     memset(&pass, 0, sizeof pass);
     pass.target = target;
-    if (target == &c->table_target) {       /* the rows that hold VPLs */
+    if (program == GLBK__ISM_EDGES) {       /* the rows that hold VPLs */
         pass.viewport[2] = 4 * GLBK__ISM_ROW;
         pass.viewport[3] = (int32_t)c->drawn.texture.height;
     }
@@ -4993,12 +5131,11 @@ static glbk_result glbk__ism_draw_windows(glbk_context *ctx, glbk_ism_choice *c,
     return GLBK_OK;
 }
 
-/* Draws the VPLs from the sums, their windows, and then the table of VPLs. */
-static glbk_result glbk__ism_draw_choice(glbk_context *ctx, glbk_ism_choice *c, const glbk_ism_maps *m,
-                                         const glbk_texture *texels, const glbk_gbuffer *seen,
-                                         const glbk_ism_choosing *b)
+/* Draws VPLs, or near points, from the sums. */
+static glbk_result glbk__ism_draw_samples(glbk_context *ctx, glbk_ism_choice *c, const glbk_target *target,
+                                          const glbk_texture *texels, const glbk_ism_choosing *b)
 {
-    glbk_result result = glbk__ism_begin_choice(ctx, c, &c->drawn.target, GLBK__ISM_CHOOSE, b);
+    glbk_result result = glbk__ism_begin_choice(ctx, c, target, GLBK__ISM_CHOOSE, b);
     uint32_t k;
     if (result != GLBK_OK) return result;
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_texels, texels);
@@ -5008,6 +5145,16 @@ static glbk_result glbk__ism_draw_choice(glbk_context *ctx, glbk_ism_choice *c, 
         glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_column_sums0 + k, &c->column_sums[k].texture);
     }
     glbk_draw_screen(ctx);
+    return GLBK_OK;
+}
+
+/* Draws the VPLs from the sums, their windows, and then the table of VPLs. */
+static glbk_result glbk__ism_draw_choice(glbk_context *ctx, glbk_ism_choice *c, const glbk_ism_maps *m,
+                                         const glbk_texture *texels, const glbk_gbuffer *seen,
+                                         const glbk_ism_choosing *b)
+{
+    glbk_result result = glbk__ism_draw_samples(ctx, c, &c->drawn.target, texels, b);
+    if (result != GLBK_OK) return result;
     if (b->windows) result = glbk__ism_draw_windows(ctx, c, m, seen, b);
     else c->turn = 0;
     if (result == GLBK_OK) result = glbk__ism_begin_choice(ctx, c, &c->table_target, GLBK__ISM_EDGES, b);
@@ -5018,6 +5165,69 @@ static glbk_result glbk__ism_draw_choice(glbk_context *ctx, glbk_ism_choice *c, 
                       b->windows ? &c->windows[c->turn & 1].texture : &c->importances.texture);
     glbk_draw_screen(ctx);
     return GLBK_OK;
+}
+
+GLBK_DEF void glbk_ism_choice_free(glbk_context *ctx, glbk_ism_choice *c)
+{
+    uint32_t k;
+    if (!c) return;
+    for (k = 0; k < GLBK__ISM_CHOICE_PROGRAMS; k++) glbk_program_free(ctx, &c->programs[k]);
+    glbk__ism_free_sheets(ctx, c->boxes, 3);
+    glbk__ism_free_sheets(ctx, &c->effects, 1);
+    glbk__ism_free_sheets(ctx, &c->importances, 1);
+    glbk__ism_free_sheets(ctx, c->row_sums, GLBK_ISM_SUM_LEVELS);
+    glbk__ism_free_sheets(ctx, c->column_sums, GLBK_ISM_SUM_LEVELS);
+    glbk__ism_free_sheets(ctx, &c->drawn, 1);
+    glbk__ism_free_sheets(ctx, c->sights, 2);
+    glbk__ism_free_sheets(ctx, c->windows, 2);
+    glbk__ism_free_sheets(ctx, &c->near_points, 1);
+    glbk__ism_free_sheets(ctx, c->near, 2);
+    glbk_target_free(ctx, &c->table_target);
+    glbk_buffer_free(ctx, &c->block);
+    memset(c, 0, sizeof *c);
+}
+
+/* ==== src/gl_ism/choose.h ==== */
+
+/* ---- ism: near points, and all that a frame chooses ---- */
+
+/* Draws one pass about near points: their edges and the like, their order, or their part of the table. */
+static glbk_result glbk__ism_near_pass(glbk_context *ctx, glbk_ism_choice *c, const glbk_target *target,
+                                       int program, const glbk_ism_choosing *b)
+{
+    const glbk_result result = glbk__ism_begin_choice(ctx, c, target, program, b);
+    if (result != GLBK_OK) return result;
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_near, &c->near_points.texture);
+    if (program == GLBK__ISM_NEAR) glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_drawn, &c->drawn.texture);
+    else glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_near_facts, &c->near[0].texture);
+    if (program == GLBK__ISM_NEAR_SORT) {
+        ctx->gl.DrawArrays(GLBK_GL_POINTS, 0, (int32_t)c->near_point_count);
+        return GLBK_OK;
+    }
+    if (program == GLBK__ISM_NEAR_TABLE)
+        glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_near_order, &c->near[1].texture);
+    glbk_draw_screen(ctx);
+    return GLBK_OK;
+}
+
+/* Draws the near points of the VPLs that are chosen, from the same sums, into the table behind them. */
+static glbk_result glbk__ism_draw_near(glbk_context *ctx, glbk_ism_choice *c, const glbk_ism_maps *m,
+                                       const glbk_texture *texels, glbk_ism_choosing b)
+{
+    const uint32_t vpls = b.vpl_count;
+    glbk_result result;
+    int k;
+    b.vpl_count = c->near_point_count;
+    b.first_sphere = glbk__ism_vpl_texels(m);
+    b.first_near_point = b.first_sphere + glbk__ism_spheres(m);
+    b.shift_bits = glbk_ism__hash_combine(b.seed, 14);
+    if (m->desc.unstable) b.shift = glbk_ism__to_unit(glbk_ism__hash_combine(b.seed, 13));
+    result = glbk__ism_draw_samples(ctx, c, &c->near_points.target, texels, &b);
+    b.vpl_count = vpls;
+    for (k = 0; k < 3 && result == GLBK_OK; k++)
+        result = glbk__ism_near_pass(ctx, c, k < 2 ? &c->near[k].target : &c->table_target,
+                                     GLBK__ISM_NEAR + k, &b);
+    return result;
 }
 
 /* Checks the arguments of glbk_ism_choose. */
@@ -5068,29 +5278,13 @@ GLBK_DEF glbk_result glbk_ism_choose(glbk_context *ctx, glbk_ism_choice *c, glbk
         result = glbk__ism_scan(ctx, c, &b, &c->row_sums[GLBK_ISM_SUM_LEVELS - 1].texture,
                                 glbk__ism_source_rows(&c->desc), 1);
     if (result == GLBK_OK) result = glbk__ism_draw_choice(ctx, c, m, texels, seen, &b);
+    if (result == GLBK_OK && c->near_point_count) result = glbk__ism_draw_near(ctx, c, m, texels, b);
     if (result != GLBK_OK) return result;
-    if (m->vpl_count == m->desc.vpl_count && !m->near_point_count) return GLBK_OK;  /* the block says so */
+    if (m->vpl_count == m->desc.vpl_count && m->near_point_count == c->near_point_count)
+        return GLBK_OK;                         /* the block says so */
     m->vpl_count = m->desc.vpl_count;
-    m->near_point_count = 0;
+    m->near_point_count = c->near_point_count;
     return glbk__ism_write_frame(ctx, m);
-}
-
-GLBK_DEF void glbk_ism_choice_free(glbk_context *ctx, glbk_ism_choice *c)
-{
-    uint32_t k;
-    if (!c) return;
-    for (k = 0; k < GLBK__ISM_CHOICE_PROGRAMS; k++) glbk_program_free(ctx, &c->programs[k]);
-    glbk__ism_free_sheets(ctx, c->boxes, 3);
-    glbk__ism_free_sheets(ctx, &c->effects, 1);
-    glbk__ism_free_sheets(ctx, &c->importances, 1);
-    glbk__ism_free_sheets(ctx, c->row_sums, GLBK_ISM_SUM_LEVELS);
-    glbk__ism_free_sheets(ctx, c->column_sums, GLBK_ISM_SUM_LEVELS);
-    glbk__ism_free_sheets(ctx, &c->drawn, 1);
-    glbk__ism_free_sheets(ctx, c->sights, 2);
-    glbk__ism_free_sheets(ctx, c->windows, 2);
-    glbk_target_free(ctx, &c->table_target);
-    glbk_buffer_free(ctx, &c->block);
-    memset(c, 0, sizeof *c);
 }
 
 /* ==== src/gl_ism/scatter.h ==== */

@@ -32,19 +32,26 @@ typedef struct glbk_ism_choice {        /* what glbk_ism_choose needs; read only
     glbk_ism_sheet drawn;               /* VPLs, 256 a row: place and area; normal; flux */
     glbk_ism_sheet sights[2];           /* receivers that windows hold: pixels; places, normals */
     glbk_ism_sheet windows[2];          /* of tiles, 256 a row, in this frame and the one before */
+    uint32_t       near_point_count;    /* near points that are drawn; 0 = none */
+    glbk_ism_sheet near_points;         /* as they are drawn, 256 a row, like VPLs */
+    glbk_ism_sheet near[2];             /* edges, reaches, VPLs, places on a curve; which one is when */
     uint32_t       turn;                /* frames that had windows; 0 = none yet. Odd: windows[1] is newer */
     glbk_buffer    block;               /* the uniform block */
-    glbk_program   programs[10];        /* draw importances, running sums, VPLs and the table; effects, and
-                                           boxes the first time and later; windows, and sights the same */
+    glbk_program   programs[13];        /* draw importances, running sums, VPLs and the table; effects, and
+                                           boxes the first time and later; windows, and sights the same; near
+                                           points' edges and the like, order and table */
 } glbk_ism_choice;
 
 GLBK_DEF glbk_result glbk_ism_choice_create(glbk_context *ctx, const glbk_ism_maps *maps,
                                             const glbk_ism_choice_desc *desc, glbk_ism_choice *out);
 /* Makes what chooses the VPLs of maps, which must outlive it; glbk_ism_choice_free takes it back.
    maps     whose desc says how VPLs are chosen: vpl_count, importance, view_grid_side, blur_radius,
-            flux_share, no_inter_texel, unstable, seed, window_rim and keep_hits count
+            flux_share, no_inter_texel, unstable, seed, window_rim, near_point_count and keep_hits count.
+            There are near points unless vpl_count is 8 or less, or they and the VPLs are more than 2^20
+            texels of the table
    out      zeroed on errors
-   Memory   on the GPU: 20.5 bytes for each texel of the source (by flux 16.5), 80 for each VPL, and 82 KB
+   Memory   on the GPU: 20.5 bytes for each texel of the source (by flux 16.5), 80 for each VPL, 68
+            for each near point, and 82 KB
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or maps were not created. GLBK_ERR_DESC: a field is out of
             range, also of maps->desc. GLBK_ERR_LIMIT: width, or the rows of all faces, are above
             ctx->max_side or 32768. Those of programs, textures and targets */
@@ -54,8 +61,9 @@ GLBK_DEF glbk_result glbk_ism_choose(glbk_context *ctx, glbk_ism_choice *choice,
 /* Chooses the VPLs of a frame as ism_choose does among surfaces, by passes of fragments, in place of
    glbk_ism_vpls_upload. Nothing is read back, and the CPU waits for nothing. All vpl_count VPLs are in use;
    those of a black source are black.
-   maps     those of glbk_ism_choice_create. Their near points are forgotten: only ism.h makes those of
-            new VPLs. Tiles have windows (ism_zoom) by what seen shows, as after ism_scatter
+   maps     those of glbk_ism_choice_create. Near points are drawn with the VPLs; those of a texel without an
+            area have one by how densely VPLs lie. Tiles have windows (ism_zoom) by what seen shows, as after
+            ism_scatter
    texels   the source: RGBA32UI layers, three for each face, with the bits of floats: place; unit normal;
             flux of the channels in W, and area in m^2 (what ism_source says of them). glbk_rsm_map.texels are
             such. A texel whose flux is not 0..1e30, whose place is not finite or whose normal is not unit is
@@ -67,7 +75,8 @@ GLBK_DEF glbk_result glbk_ism_choose(glbk_context *ctx, glbk_ism_choice *choice,
    index    number of the frame; counts if maps->desc.unstable is set
    Cost     for each texel of the source 35 texels read by flux; else besides view_grid_side^2 receivers, and
             three texels for each that its blur reaches, 169 by default. Each VPL looks at all others, and for
-            its window at 512 receivers, which are found among all pixels
+            its window at 512 receivers, which are found among all pixels; each near point looks at all VPLs
+            and at 1023 others
    Errors   GLBK_ERR_ARGUMENT: a pointer that must be given is NULL, or an object was not created.
             GLBK_ERR_MISMATCH: maps are not those that the choice was made for, or texels have another size,
             format or number of layers. GLBK_ERR_LOST */

@@ -20,6 +20,9 @@
 /* Of programs that choose VPLs, which read neither tables nor maps. */
 #define GLBK_ISM_CHOICE_TEXTURES(X)                                                                     \
     X(usampler2DArray, glbk_ism_texels, 0)      /* layers 3 face + 0 place, 1 normal, 2 flux */         \
+    X(usampler2DArray, glbk_ism_near, 0)        /* near points: place, normal, flux */                  \
+    X(usampler2D, glbk_ism_near_order, 1)       /* which near point has a place in their order */       \
+    X(usampler2D, glbk_ism_near_facts, 2)       /* of near points: edge, reach, VPL, place on a curve */ \
     X(usampler2DArray, glbk_ism_drawn, 1)       /* VPLs: place, normal, flux */                         \
     X(usampler2DArray, glbk_ism_box, 1)         /* of the receivers: lower and upper corner */          \
     X(usampler2D, glbk_ism_effects, 1)          /* of texels on the picture */                          \
@@ -109,7 +112,11 @@
     X(uint, blur_radius, 1)         /* of effects, in texels */                                         \
     X(uint, seed, 1)                /* of receivers */                                                  \
     X(float, flux_factor, 1)        /* what makes ism_desc.flux_share of a factor of fluxes */          \
-    X(uint, windows, 1)             /* 0 = none; 1 = new ones; 2 = those of the last frame stay */
+    X(uint, windows, 1)             /* 0 = none; 1 = new ones; 2 = those of the last frame stay */      \
+    X(uint, near_point_count, 1)    /* near points that are drawn; 0 = none */                          \
+    X(uint, first_sphere, 1)        /* where in glbk_ism_vpls their spheres begin */                    \
+    X(uint, first_near_point, 1)    /* where they begin themselves; 0 while VPLs are drawn */           \
+    X(uint, unused0, 1)
 
 #define GLBK_ISM_SCATTERING_MEMBERS(X)                                                                  \
     X(uint, triangle_count, 1)      /* of the mesh */                                                   \

@@ -6,7 +6,8 @@ enum { GLBK__ISM_BLOCK = 32,        /* values that one block of running sums has
 
 enum { GLBK__ISM_WEIGH, GLBK__ISM_SCAN, GLBK__ISM_CHOOSE, GLBK__ISM_EDGES, GLBK__ISM_EFFECT, GLBK__ISM_EXTENT,
        GLBK__ISM_WINDOW = GLBK__ISM_EXTENT + 2, GLBK__ISM_SIGHT,
-       GLBK__ISM_CHOICE_PROGRAMS = GLBK__ISM_SIGHT + 2 };
+       GLBK__ISM_NEAR = GLBK__ISM_SIGHT + 2, GLBK__ISM_NEAR_SORT, GLBK__ISM_NEAR_TABLE,
+       GLBK__ISM_CHOICE_PROGRAMS };
 
 /* Returns whether effects on the picture count in the choice, and not flux alone. */
 static uint32_t glbk__ism_by_effect(const ism_desc *d) { return d->importance != ISM_IMPORTANCE_FLUX; }
@@ -156,6 +157,21 @@ static void glbk__ism_make_effects(glbk__ism_making *k, uint32_t by_effect, glbk
     k->defines = NULL;
 }
 
+/* Makes what near points need. There are none by fewer VPLs than reaches are measured with, and where the
+   first layer of the table has no room for them. */
+static void glbk__ism_make_near(glbk__ism_making *k, const glbk_ism_maps *m, glbk_ism_choice *c)
+{
+    const uint32_t vpls = m->desc.vpl_count, count = vpls * (uint32_t)m->desc.near_point_count;
+    const uint32_t rows = (count + GLBK__ISM_ROW - 1) / GLBK__ISM_ROW;
+    if (!count || vpls <= 8 || glbk__ism_vpl_texels(m) + glbk__ism_spheres(m) + 3 * count > 1 << 20) return;
+    c->near_point_count = count;
+    glbk__ism_make_stack(k, GLBK__ISM_ROW, rows, 3, &c->near_points);
+    glbk__ism_make_sheet(k, GLBK_FORMAT_RGBA32UI, GLBK__ISM_ROW, rows, &c->near[0]);
+    glbk__ism_make_sheet(k, GLBK_FORMAT_R32UI, GLBK__ISM_ROW, rows, &c->near[1]);
+    glbk__ism_make_passes(k, "ism_near.frag\0ism_near_sort.frag\0ism_near_table.frag\0",
+                          &c->programs[GLBK__ISM_NEAR]);
+}
+
 static glbk_result glbk__ism_create_choice(glbk_context *ctx, const glbk_ism_maps *m, glbk_ism_choice *c)
 {
     const uint32_t width = c->desc.width, rows = glbk__ism_source_rows(&c->desc);
@@ -167,6 +183,7 @@ static glbk_result glbk__ism_create_choice(glbk_context *ctx, const glbk_ism_map
     glbk__ism_make_stack(&k, GLBK__ISM_ROW, (m->desc.vpl_count + GLBK__ISM_ROW - 1) / GLBK__ISM_ROW, 3,
                          &c->drawn);
     glbk__ism_make_windows(&k, &m->desc, c);
+    glbk__ism_make_near(&k, m, c);
     glbk__ism_make_target(&k, NULL, &m->vpls, 1, &c->table_target);
     glbk__ism_make_block(&k, sizeof(glbk_ism_choosing), &c->block);
     glbk__ism_make_passes(&k, "ism_weigh.frag\0ism_scan.frag\0ism_choose.frag\0ism_edges.frag\0",
@@ -230,6 +247,7 @@ static void glbk__ism_set_choosing(const glbk_ism_choice *c, const ism_desc *map
     b->shift_bits = glbk_ism__hash_combine(key, 12);
     b->seed = key;
     b->by_effect = glbk__ism_by_effect(maps);
+    b->near_point_count = c->near_point_count;
     if (b->by_effect) glbk__ism_weighing_of(c, maps, b);
 }
 
@@ -241,7 +259,7 @@ static glbk_result glbk__ism_begin_choice(glbk_context *ctx, glbk_ism_choice *c,
     glbk_result result;
     memset(&pass, 0, sizeof pass);
     pass.target = target;
-    if (target == &c->table_target) {       /* the rows that hold VPLs */
+    if (program == GLBK__ISM_EDGES) {       /* the rows that hold VPLs */
         pass.viewport[2] = 4 * GLBK__ISM_ROW;
         pass.viewport[3] = (int32_t)c->drawn.texture.height;
     }
@@ -320,12 +338,11 @@ static glbk_result glbk__ism_draw_windows(glbk_context *ctx, glbk_ism_choice *c,
     return GLBK_OK;
 }
 
-/* Draws the VPLs from the sums, their windows, and then the table of VPLs. */
-static glbk_result glbk__ism_draw_choice(glbk_context *ctx, glbk_ism_choice *c, const glbk_ism_maps *m,
-                                         const glbk_texture *texels, const glbk_gbuffer *seen,
-                                         const glbk_ism_choosing *b)
+/* Draws VPLs, or near points, from the sums. */
+static glbk_result glbk__ism_draw_samples(glbk_context *ctx, glbk_ism_choice *c, const glbk_target *target,
+                                          const glbk_texture *texels, const glbk_ism_choosing *b)
 {
-    glbk_result result = glbk__ism_begin_choice(ctx, c, &c->drawn.target, GLBK__ISM_CHOOSE, b);
+    glbk_result result = glbk__ism_begin_choice(ctx, c, target, GLBK__ISM_CHOOSE, b);
     uint32_t k;
     if (result != GLBK_OK) return result;
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_texels, texels);
@@ -335,6 +352,16 @@ static glbk_result glbk__ism_draw_choice(glbk_context *ctx, glbk_ism_choice *c, 
         glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_column_sums0 + k, &c->column_sums[k].texture);
     }
     glbk_draw_screen(ctx);
+    return GLBK_OK;
+}
+
+/* Draws the VPLs from the sums, their windows, and then the table of VPLs. */
+static glbk_result glbk__ism_draw_choice(glbk_context *ctx, glbk_ism_choice *c, const glbk_ism_maps *m,
+                                         const glbk_texture *texels, const glbk_gbuffer *seen,
+                                         const glbk_ism_choosing *b)
+{
+    glbk_result result = glbk__ism_draw_samples(ctx, c, &c->drawn.target, texels, b);
+    if (result != GLBK_OK) return result;
     if (b->windows) result = glbk__ism_draw_windows(ctx, c, m, seen, b);
     else c->turn = 0;
     if (result == GLBK_OK) result = glbk__ism_begin_choice(ctx, c, &c->table_target, GLBK__ISM_EDGES, b);
@@ -345,61 +372,6 @@ static glbk_result glbk__ism_draw_choice(glbk_context *ctx, glbk_ism_choice *c, 
                       b->windows ? &c->windows[c->turn & 1].texture : &c->importances.texture);
     glbk_draw_screen(ctx);
     return GLBK_OK;
-}
-
-/* Checks the arguments of glbk_ism_choose. */
-static glbk_result glbk__ism_check_choose(const glbk_context *ctx, const char *function,
-                                          const glbk_ism_choice *c, const glbk_ism_maps *m,
-                                          const glbk_texture *texels)
-{
-    glbk_result result = glbk__require_created(ctx, function, "choice", c ? &c->block.name : NULL);
-    if (result == GLBK_OK) result = glbk__ism_check_maps(ctx, function, m);
-    if (result == GLBK_OK)
-        result = glbk__require_created(ctx, function, "texels", texels ? &texels->name : NULL);
-    if (result != GLBK_OK) return result;
-    if (m->vpls.name != c->table)
-        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, function, "maps",
-                            "are not those that the choice was made for");
-    if (texels->format != GLBK_FORMAT_RGBA32UI)
-        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, function, "texels", "are not GLBK_FORMAT_RGBA32UI");
-    if (texels->width != c->desc.width)
-        return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, function, "texels->width", texels->width,
-                                  "that of the choice");
-    if (texels->height != c->desc.height)
-        return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, function, "texels->height", texels->height,
-                                  "that of the choice");
-    if (texels->layers == 3 * c->desc.face_count) return GLBK_OK;
-    return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, function, "texels->layers", texels->layers,
-                              "three for each face of the choice");
-}
-
-GLBK_DEF glbk_result glbk_ism_choose(glbk_context *ctx, glbk_ism_choice *c, glbk_ism_maps *m,
-                                     const glbk_texture *texels, const glbk_gbuffer *seen, uint32_t index)
-{
-    glbk_ism_choosing b;
-    glbk_result result = glbk__ism_check_choose(ctx, __func__, c, m, texels);
-    if (result != GLBK_OK) return result;
-    if (seen || glbk__ism_by_effect(&m->desc))
-        result = glbk__require_created(ctx, __func__, "seen", seen ? &seen->colors.name : NULL);
-    if (result != GLBK_OK) return result;
-    glbk__ism_set_choosing(c, &m->desc, seen, index, &b);
-    if (b.by_effect) result = glbk__ism_draw_effects(ctx, c, texels, seen, &b);
-    if (result != GLBK_OK) return result;
-    result = glbk__ism_begin_choice(ctx, c, &c->importances.target, GLBK__ISM_WEIGH, &b);
-    if (result != GLBK_OK) return result;
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_texels, texels);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_effects, &c->effects.texture);
-    glbk_draw_screen(ctx);
-    result = glbk__ism_scan(ctx, c, &b, &c->importances.texture, c->desc.width, 0);
-    if (result == GLBK_OK)
-        result = glbk__ism_scan(ctx, c, &b, &c->row_sums[GLBK_ISM_SUM_LEVELS - 1].texture,
-                                glbk__ism_source_rows(&c->desc), 1);
-    if (result == GLBK_OK) result = glbk__ism_draw_choice(ctx, c, m, texels, seen, &b);
-    if (result != GLBK_OK) return result;
-    if (m->vpl_count == m->desc.vpl_count && !m->near_point_count) return GLBK_OK;  /* the block says so */
-    m->vpl_count = m->desc.vpl_count;
-    m->near_point_count = 0;
-    return glbk__ism_write_frame(ctx, m);
 }
 
 GLBK_DEF void glbk_ism_choice_free(glbk_context *ctx, glbk_ism_choice *c)
@@ -415,6 +387,8 @@ GLBK_DEF void glbk_ism_choice_free(glbk_context *ctx, glbk_ism_choice *c)
     glbk__ism_free_sheets(ctx, &c->drawn, 1);
     glbk__ism_free_sheets(ctx, c->sights, 2);
     glbk__ism_free_sheets(ctx, c->windows, 2);
+    glbk__ism_free_sheets(ctx, &c->near_points, 1);
+    glbk__ism_free_sheets(ctx, c->near, 2);
     glbk_target_free(ctx, &c->table_target);
     glbk_buffer_free(ctx, &c->block);
     memset(c, 0, sizeof *c);

@@ -1,8 +1,8 @@
 // ism_access - reads VPLs and finds the texels of their tiles, by what glbk_ism_bind binds.
-// uses: table ism_map ism_bindings
+// uses: table ism_map ism_floats
 // ISM_TEXEL reads texel i of the table of VPLs, whose floats are kept as their bits: so every GL can draw it.
 #define ISM_F glbk_ism_frame            // short, since 60 places name it
-#define ISM_TEXEL(i) uintBitsToFloat(texelFetch(glbk_ism_vpls, glbk_table_at(i), 0))
+#define ISM_TEXEL(i) ISM_FLOATS(glbk_ism_vpls, glbk_table_at(i))
 
 struct ism_grid {               // what the texels of a tile depend on
     float exponent;             // of the VPL's lobe; -1 = a sky's VPL

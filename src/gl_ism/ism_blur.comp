@@ -28,7 +28,7 @@ void ism_load(int wide)
         int to = texel.y * ISM_TILE + texel.x;
         ism_receiver r;
         ism_normals[to] = vec3(0.0);
-        if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, ism_picture_side()))) continue;
+        if (clamp(at, ivec2(0), ism_picture_side() - 1) != at) continue;
         if (!ism_read_receiver(at, r)) continue;
         ism_places[to] = r.p;
         ism_normals[to] = r.n;

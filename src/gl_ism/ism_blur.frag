@@ -5,7 +5,7 @@ layout(location = 0) out glbk_color result;
 
 bool ism_neighbour(ivec2 at, out ism_receiver r, out vec4 light)
 {
-    bool inside = all(greaterThanEqual(at, ivec2(0))) && all(lessThan(at, ism_picture_side()));
+    bool inside = clamp(at, ivec2(0), ism_picture_side() - 1) == at;
     if (!inside || !ism_read_receiver(at, r)) return false;
     light = glbk_unpack(texelFetch(glbk_ism_light, at, 0));
     return true;

@@ -33,7 +33,7 @@ ivec2 ism_cell_texel(int cell, int side, int step) { return ivec2(cell % side, c
 
 void main()
 {
-    ivec2 at = ivec2(gl_FragCoord.xy);
+    ivec2 at = ISM_HERE;
     int side = int(ISM_F.bounce_side), step = int(ISM_F.tile_side) / side;
     place = facing = power = uvec4(0u);
     uint v = uint(at.y);
@@ -52,7 +52,7 @@ void main()
     float size = length(n);
     if (!(size > 0.0) || !cohsm_finite(size)) return;
     if (dot(n, d) > 0.0) size = -size;
-    d = l.position + d * uintBitsToFloat(texelFetch(glbk_ism_atlas, to, 0).x);
+    d = l.position + d * ISM_FLOATS(glbk_ism_atlas, to).x;
     l.flux *= share / sum * texelFetch(glbk_ism_albedos, glbk_table_at(t), 0).xyz;
     place = floatBitsToUint(vec4(d, 0.0));
     facing = floatBitsToUint(vec4(n / size, 0.0));

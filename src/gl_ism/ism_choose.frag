@@ -1,7 +1,7 @@
 // Draws VPLs from the importances (paper 4.1): VPL i where the running sum of all rows reaches (i + 0.5) / N of
 // the whole, in its row by a golden ratio sequence. One whose importances are all 0 is black. Three pictures,
 // 256 VPLs a row: place and area; normal, 0 0 0 of black ones, and how far the VPL may move before it has jumped;
-// flux and face.
+// flux and face. Near points are drawn by the same program; their area is at least their texel's.
 // uses: ism_search ism_hash ism_inter_texel
 // with: screen.vert
 layout(location = 0) out uvec4 place;
@@ -10,7 +10,7 @@ layout(location = 2) out uvec4 power;
 
 void main()
 {
-    ivec2 at = ivec2(gl_FragCoord.xy), texel, end = textureSize(glbk_ism_row_sums2, 0) - 1;
+    ivec2 at = ISM_HERE, texel, end = textureSize(glbk_ism_row_sums2, 0) - 1;
     uint i = uint(at.y) * 256u + uint(at.x), n = ISM_C.vpl_count;
     int width = int(ISM_C.width), height = end.y + 1;
     uvec4 totals = texelFetch(glbk_ism_column_sums2, textureSize(glbk_ism_column_sums2, 0) - 1, 0);
@@ -31,6 +31,7 @@ void main()
     if (ISM_C.inter_texel != 0u) spacing = ism_inter_texel(texel, fraction, p.position, p.normal);
     p.normal = normalize(p.normal);
     float area = p.area * scale;
+    if (ISM_C.first_near_point != 0u) area = max(area, p.area);
     if (!cohsm_finite(area) || area < 0.0) area = 0.0;
     place = floatBitsToUint(vec4(p.position, area));
     facing = floatBitsToUint(vec4(p.normal, spacing));

@@ -11,7 +11,7 @@ void main()
 {
     uint count = ISM_S.cluster_count, size = ISM_S.cluster_size;
     uint triangles = ISM_S.triangle_count;
-    uint c = ism_unfold(ivec2(gl_FragCoord.xy), count).x, end = min((c + 1u) * size, triangles);
+    uint c = ism_unfold(count).x, end = min((c + 1u) * size, triangles);
     vec2 sums = vec2(0.0);
     vec3 from = vec3(0.0), at = vec3(0.0), nn = vec3(0.0), other = vec3(0.0);
     float square = 0.0;

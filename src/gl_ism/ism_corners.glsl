@@ -7,11 +7,7 @@ vec3 ism_vertex(uint i) { return texelFetch(glbk_ism_positions, glbk_table_at(i)
 ism_corners ism_read_corners(uint t)
 {
     uvec3 i = texelFetch(glbk_ism_triangles, glbk_table_at(t), 0).xyz;
-    ism_corners p;
-    p.a = ism_vertex(i.x);
-    p.b = ism_vertex(i.y);
-    p.c = ism_vertex(i.z);
-    return p;
+    return ism_corners(ism_vertex(i.x), ism_vertex(i.y), ism_vertex(i.z));
 }
 
 // Returns the cross product of two edges: the normal, as long as twice the area.

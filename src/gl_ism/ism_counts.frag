@@ -13,7 +13,7 @@ float ism_luminance_of(uint v)
 void main()
 {
     uint count = ISM_F.vpl_count, n = ISM_S.surfel_count;
-    uint v = ism_unfold(ivec2(gl_FragCoord.xy), ISM_F.vpl_capacity).x;
+    uint v = ism_unfold(ISM_F.vpl_capacity).x;
     float mean = 0.0;
     result = n;
     if (ISM_S.vary_surfels == 0u || v >= count) return;

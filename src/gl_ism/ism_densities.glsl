@@ -5,7 +5,7 @@
 // that triangles that are seen from their edge are drawn too.
 float ism_density(vec2 sizes)
 {
-    vec2 all = uintBitsToFloat(texelFetch(glbk_ism_totals, ivec2(0), 0).xy);
+    vec2 all = ISM_FLOATS(glbk_ism_totals, ivec2(0)).xy;
     float by_area = 1.0, by_solid = 0.0;
     if (all.y > 0.0) {
         by_area = ISM_S.area_share;

@@ -27,7 +27,7 @@ bool ism_place_surfel(ism_vpl l, vec3 p, vec3 normal, float area, inout ism_surf
         s.uv = 0.5 * o.xy / r + 0.5;
         s.at = vec3(o.xy, s.depth);
         s.g = vec3(-n.xy * slope * r, s.depth + dot(n.xy, o.xy) * slope);
-        return all(greaterThanEqual(s.uv, vec2(0.0))) && all(lessThan(s.uv, vec2(1.0)));
+        return fract(s.uv) == s.uv;                     // within 0..1, 1 left out
     }
     vec3 o = (p - l.position) * basis;
     float d2 = dot(o, o), along = dot(n, o);

@@ -31,8 +31,8 @@ float ism_effect(ism_pvpl q, uint i, uint seed)
     vec2 centre = (0.5 * clip + 0.5) * side;
     float inner = 1.0 / (1.0 + 2.0 * cohsm_log(reach / r0));        // share of the disc r < r0
     float norm = inner / (3.14159265 * r0 * r0);                    // density inside it
-    vec3 lo = uintBitsToFloat(texelFetch(glbk_ism_box, ivec3(0, 0, 0), 0).xyz);
-    vec3 hi = uintBitsToFloat(texelFetch(glbk_ism_box, ivec3(0, 0, 1), 0).xyz);
+    vec3 lo = ISM_FLOATS(glbk_ism_box, ivec3(0, 0, 0)).xyz;
+    vec3 hi = ISM_FLOATS(glbk_ism_box, ivec3(0, 0, 1)).xyz;
     float extent2 = 0.0;
     if (lo.x <= hi.x) extent2 = dot(hi - lo, hi - lo);
     for (uint k = 0u; k < count; k++) {
@@ -68,7 +68,7 @@ float ism_effect(ism_pvpl q, uint i, uint seed)
 
 void main()
 {
-    ivec2 at = ivec2(gl_FragCoord.xy);
+    ivec2 at = ISM_HERE;
     ism_pvpl q = ism_read_pvpl(at);
     int height = int(ISM_C.face_height), face = at.y / height;
     uint i = uint(at.y - face * height) * ISM_C.width + uint(at.x);

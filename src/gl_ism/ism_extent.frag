@@ -11,7 +11,7 @@ layout(location = 1) out uvec4 upper;
 
 void main()
 {
-    ivec2 at = ivec2(gl_FragCoord.xy);
+    ivec2 at = ISM_HERE;
     vec3 lo = vec3(1e30), hi = vec3(-1e30);
 #if FROM == 0
     uint count = ISM_C.view_width * ISM_C.view_height, pace = count / 65536u + 1u;
@@ -27,8 +27,8 @@ void main()
     }
 #else
     for (int k = 0; k < 32; k++) {
-        lo = min(lo, uintBitsToFloat(texelFetch(glbk_ism_box, ivec3(k, at.x, 0), 0).xyz));
-        hi = max(hi, uintBitsToFloat(texelFetch(glbk_ism_box, ivec3(k, at.x, 1), 0).xyz));
+        lo = min(lo, ISM_FLOATS(glbk_ism_box, ivec3(k, at.x, 0)).xyz);
+        hi = max(hi, ISM_FLOATS(glbk_ism_box, ivec3(k, at.x, 1)).xyz);
     }
 #endif
     lower = uvec4(floatBitsToUint(lo), 0u);

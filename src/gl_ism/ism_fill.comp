@@ -50,15 +50,14 @@ void main()
     ism_origin = begin - margin;
     for (uint i = thread; i < uint(ISM_SIDE * ISM_SIDE); i += 256u) {
         ivec2 at = ism_origin + ism_texel(i), local = at - tile;
-        bool inside = used && all(greaterThanEqual(local, ivec2(0))) && all(lessThan(local, ivec2(size)));
+        bool inside = used && clamp(local, 0, size - 1) == local;
         ism_depths[i] = inside ? ism_plane_at(at).w : ISM_FAR;
     }
     barrier();
     for (uint k = 0u; k < 16u && levels != 0; k++) {
         ivec2 texel = ism_texel(thread + 256u * k);
         float depth = ism_depth(ism_origin + texel);
-        bool near_by = all(greaterThanEqual(texel, ivec2(margin / 2))) &&
-                       all(lessThan(texel, ivec2(ISM_SIDE - margin / 2)));
+        bool near_by = clamp(texel, margin / 2, ISM_SIDE - 1 - margin / 2) == texel;
         if (near_by && depth < ISM_FAR && ism_hole(grid, ism_origin + texel, depth)) holes |= 1u << k;
     }
     barrier();

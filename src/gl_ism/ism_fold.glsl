@@ -1,6 +1,6 @@
 // ism_fold - sequences of numbers that lie in pictures, the running sums of such sequences, and the cell of a
 // sequence into which a number falls.
-// uses: ism_bindings
+// uses: ism_floats
 #define ISM_S glbk_ism_scattering       // short, since 40 places name it
 
 // Returns where number i of sequence `row` lies, if sequences have `count` numbers each: 1024 in a row of
@@ -10,21 +10,21 @@ ivec2 ism_fold(uint i, uint count, uint row)
     return ivec2(i & 1023u, row * ((count + 1023u) >> 10) + (i >> 10));
 }
 
-// Returns which number of which sequence, as x and y, a texel holds: the inverse of ism_fold.
-uvec2 ism_unfold(ivec2 at, uint count)
+// Returns which number of which sequence, as x and y, the texel that is drawn holds: the inverse of ism_fold.
+uvec2 ism_unfold(uint count)
 {
-    uint height = (count + 1023u) >> 10, row = uint((float(at.y) + 0.5) / float(height));
-    return uvec2((uint(at.y) - row * height) * 1024u + uint(at.x), row);
+    uint height = (count + 1023u) >> 10, row = uint(gl_FragCoord.y / float(height));
+    return uvec2((uint(gl_FragCoord.y) - row * height) * 1024u + uint(gl_FragCoord.x), row);
 }
 
 float ism_folded(usampler2D from, uint i, uint count, uint row)
 {
-    return uintBitsToFloat(texelFetch(from, ism_fold(i, count, row), 0).x);
+    return ISM_FLOATS(from, ism_fold(i, count, row)).x;
 }
 
 vec2 ism_folded2(usampler2D from, uint i, uint count)
 {
-    return uintBitsToFloat(texelFetch(from, ism_fold(i, count, 0u), 0).xy);
+    return ISM_FLOATS(from, ism_fold(i, count, 0u)).xy;
 }
 
 // Returns how many blocks of 32 a number of values has.

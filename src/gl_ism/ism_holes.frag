@@ -8,7 +8,7 @@ float ism_depth(ivec2 at) { return ism_plane_at(at).w; }
 
 void main()
 {
-    ivec2 at = ivec2(gl_FragCoord.xy);
+    ivec2 at = ISM_HERE;
     uint v = ism_tile_of(at);
     float depth = ism_depth(at);
     result = 0u;

@@ -15,7 +15,7 @@ bool ism_hole(ism_grid grid, ivec2 at, float c)
     for (int dy = -ISM_HOLE; dy <= ISM_HOLE; dy++)
         for (int dx = -ISM_HOLE; dx <= ISM_HOLE; dx++) {
             ivec2 d = ivec2(dx, dy), there = local + d;
-            if (any(lessThan(there, ivec2(0))) || any(greaterThanEqual(there, ivec2(size)))) {
+            if (clamp(there, 0, size - 1) != there) {
                 found |= ism_quadrant(d);
                 continue;
             }

@@ -13,9 +13,7 @@ float ism_inter_texel(ivec2 texel, vec2 fraction, inout vec3 position, inout vec
     int height = int(ISM_C.face_height), face = texel.y / height;
     ivec2 lowest = ivec2(0, face * height);
     ivec2 highest = lowest + ivec2(int(ISM_C.width), height) - 1;
-    ivec2 beside = ivec2(1);
-    if (s.x < 0.0) beside.x = -1;
-    if (s.y < 0.0) beside.y = -1;
+    ivec2 beside = 1 - 2 * ivec2(lessThan(s, vec2(0.0)));
     bool known = ism_to_clip(p0, from);
     for (int k = 0; k < 4; k++) {
         ivec2 pick = ivec2(k & 1, k >> 1), at = texel + pick * beside, kept = clamp(at, lowest, highest);

@@ -35,11 +35,11 @@ float ism_visible(uint v, ism_vpl l, vec3 p, vec3 ng, float bias)
         float r = ISM_F.sphere.w, depth = o.z + r;
         vec2 uv = 0.5 * o.xy / r + 0.5;
         if (!(n.z < -ISM_GRAZING)) return 0.0;
-        if (any(lessThan(uv, vec2(0.0))) || any(greaterThanEqual(uv, vec2(1.0)))) return 1.0;
+        if (fract(uv) != uv) return 1.0;                // not within 0..1
         texel = min(ivec2(ism_to_tile(l.grid, uv)), size - 1);
         vec2 d = (2.0 * ism_from_tile(l.grid, vec2(texel) + 0.5) - 1.0) * r - o.xy;
         if (abs(n.z) > 0.1) depth -= dot(n.xy, d) / n.z;
-        return depth - bias * r <= uintBitsToFloat(texelFetch(glbk_ism_atlas, tile + texel, 0).x) ? 1.0 : 0.0;
+        return depth - bias * r <= ISM_FLOATS(glbk_ism_atlas, tile + texel).x ? 1.0 : 0.0;
     }
     vec3 o = (p - l.position) * basis;
     float d = sqrt(dot(o, o));
@@ -48,7 +48,7 @@ float ism_visible(uint v, ism_vpl l, vec3 p, vec3 ng, float bias)
     if (!(dot(n, o) < -ISM_GRAZING * d)) return 0.0;
     if (!ism_map_coordinates(ism_projection_of(l.exponent), l.exponent, o / d, uv)) return 1.0;
     texel = min(ivec2(ism_to_tile(l.grid, uv)), size - 1);
-    float t = uintBitsToFloat(texelFetch(glbk_ism_atlas, tile + texel, 0).x);
+    float t = ISM_FLOATS(glbk_ism_atlas, tile + texel).x;
     if (d * (1.0 - bias) <= t && t >= 2.0 * d) return 1.0;
     float along = dot(n, ism_texel_direction(l.grid, texel));
     along = along != 0.0 ? dot(n, o) / along : d;
@@ -210,17 +210,8 @@ struct ism_near_point {
 ism_near_point ism_read_near(uint i)
 {
     uint at = ISM_F.first_near_point + 3u * i;
-    vec4 a = ISM_TEXEL(at);
-    vec4 b = ISM_TEXEL(at + 1u);
-    vec4 c = ISM_TEXEL(at + 2u);
-    ism_near_point q;
-    q.position = a.xyz;
-    q.edge = a.w;
-    q.normal = b.xyz;
-    q.reach = b.w;
-    q.flux = c.xyz;
-    q.vpl = uint(c.w);
-    return q;
+    vec4 a = ISM_TEXEL(at), b = ISM_TEXEL(at + 1u), c = ISM_TEXEL(at + 2u);
+    return ism_near_point(a.xyz, b.xyz, c.xyz, a.w, b.w, uint(c.w));
 }
 
 // Returns how much a near point lights p, 0..1, by its VPL's map, or, if that hides p and the near point is
@@ -248,10 +239,10 @@ float ism_near_visible(ism_near_point q, vec3 p, vec3 n, vec3 ng, float bias)
 }
 
 // Returns how far a near point stands for VPLs at p, which is 0 if it gives no light there.
-float ism_near_weight(vec3 position, float reach, vec3 normal, vec3 p, vec3 n)
+float ism_near_weight(const in ism_near_point q, vec3 p, vec3 n)
 {
-    vec3 d = position - p;
-    return dot(n, d) > 0.0 && dot(normal, d) < 0.0 ? ism_nearness(dot(d, d), reach) : 0.0;
+    vec3 d = q.position - p;
+    return dot(n, d) > 0.0 && dot(q.normal, d) < 0.0 ? ism_nearness(dot(d, d), q.reach) : 0.0;
 }
 
 // Returns the kernel of a near point times how far it stands for VPLs at p. plain gets this product without
@@ -259,7 +250,7 @@ float ism_near_weight(vec3 position, float reach, vec3 normal, vec3 p, vec3 n)
 float ism_near_kernel(ism_near_point q, vec3 p, vec3 n, out float plain)
 {
     vec3 d = q.position - p;
-    float d2 = dot(d, d), h = ism_near_weight(q.position, q.reach, q.normal, p, n);
+    float d2 = dot(d, d), h = ism_near_weight(q, p, n);
     plain = 0.0;
     if (!(h > 0.0)) return 0.0;
     float point = dot(n, d) * -dot(q.normal, d) / (d2 * d2 + 1e-37), k = point;
@@ -270,13 +261,7 @@ float ism_near_kernel(ism_near_point q, vec3 p, vec3 n, out float plain)
 }
 
 // Returns whether near point i stands for VPLs at p.
-bool ism_near_counts(uint i, vec3 p, vec3 n)
-{
-    uint at = ISM_F.first_near_point + 3u * i;
-    vec4 a = ISM_TEXEL(at);
-    vec4 b = ISM_TEXEL(at + 1u);
-    return ism_near_weight(a.xyz, b.w, b.xyz, p, n) > 0.0;
-}
+bool ism_near_counts(uint i, vec3 p, vec3 n) { return ism_near_weight(ism_read_near(i), p, n) > 0.0; }
 
 // Returns the first near point of a class, from i on, in a block of 64 whose sphere holds p. Beyond its
 // sphere no point of a block reaches. 64 is a multiple of set_count, so i keeps its class.

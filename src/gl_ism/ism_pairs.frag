@@ -12,14 +12,10 @@ struct ism_cluster {
 ism_cluster ism_read_cluster(uint c)
 {
     ivec3 at = ivec3(ism_fold(c, ISM_S.cluster_count, 0u), 0);
-    vec4 place = uintBitsToFloat(texelFetch(glbk_ism_clusters, at, 0));
-    ism_cluster k;
-    k.at = place.xyz;
-    k.radius2 = place.w;
-    k.squares = uintBitsToFloat(texelFetch(glbk_ism_clusters, at + ivec3(0, 0, 1), 0).xyz);
-    k.mixed = uintBitsToFloat(texelFetch(glbk_ism_clusters, at + ivec3(0, 0, 2), 0).xyz);
-    k.area = uintBitsToFloat(texelFetch(glbk_ism_masses, at.xy, 0).x);
-    return k;
+    vec4 place = ISM_FLOATS(glbk_ism_clusters, at);
+    vec3 squares = ISM_FLOATS(glbk_ism_clusters, at + ivec3(0, 0, 1)).xyz;
+    vec3 mixed = ISM_FLOATS(glbk_ism_clusters, at + ivec3(0, 0, 2)).xyz;
+    return ism_cluster(ISM_FLOATS(glbk_ism_masses, at.xy).x, place.w, place.xyz, squares, mixed);
 }
 
 // Returns the mean square of n . l over the normals of a cluster.
@@ -72,7 +68,7 @@ float ism_cluster_zoom(ism_cluster c, ism_vpl v)
     at = at * v.basis;
     if (v.sky) {
         uv = 0.5 * at.xy / d + 0.5;
-        seen = all(greaterThanEqual(uv, vec2(0.0))) && all(lessThan(uv, vec2(1.0)));
+        seen = fract(uv) == uv;         // within 0..1, 1 left out
     } else {
         seen = ism_map_coordinates(ism_projection_of(v.exponent), v.exponent, at / length(at), uv);
     }
@@ -84,7 +80,7 @@ float ism_cluster_zoom(ism_cluster c, ism_vpl v)
 void main()
 {
     uint count = ISM_S.cluster_count;
-    uvec2 place = ism_unfold(ivec2(gl_FragCoord.xy), count);
+    uvec2 place = ism_unfold(count);
     uint v = ISM_S.first_vpl + place.y;
     float effect = 0.0;
     if (place.x < count && v < ISM_F.vpl_count) {

@@ -69,7 +69,7 @@ void main()
     uint each = ISM_S.phase_surfel_count, v = i / each, row = v - ISM_S.first_vpl;
     uint at = (i - v * each) * ISM_S.lazy_frames + ISM_S.phase;
     if (v < ISM_S.first_vpl || row >= ISM_S.batch) discard;
-    if (ISM_S.keep != 0u && texelFetch(glbk_ism_gone, ivec2(gl_FragCoord.xy), 0).x == 0u) discard;
+    if (ISM_S.keep != 0u && texelFetch(glbk_ism_gone, ISM_HERE, 0).x == 0u) discard;
     uint n = texelFetch(glbk_ism_counts, ism_fold(v, ISM_S.vpl_capacity, 0u), 0).x;
     result = uvec4(0u);
     if (at < n) result = ism_point(v, row * ISM_S.pair, at, n);

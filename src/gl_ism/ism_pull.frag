@@ -9,7 +9,7 @@ layout(location = 0) out uint result;
 
 void main()
 {
-    ivec2 cell = ivec2(gl_FragCoord.xy);
+    ivec2 cell = ISM_HERE;
     uvec4 parts;
     for (int k = 0; k < 4; k++) parts[k] = texelFetch(glbk_ism_below, 2 * cell + ivec2(k & 1, k >> 1), 0).x;
     result = ism_pull(ISM_LEVEL, cell & ((int(ISM_F.tile_side) >> ISM_LEVEL) - 1), parts);

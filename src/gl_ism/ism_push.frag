@@ -6,7 +6,7 @@ layout(location = 0) out uint result;
 
 void main()
 {
-    ivec2 at = ivec2(gl_FragCoord.xy), from;
+    ivec2 at = ISM_HERE, from;
     uint v = ism_tile_of(at);
     float depth = ISM_FAR;
     bool fills = ISM_F.fill_levels != 0u && v < ISM_F.vpl_count;

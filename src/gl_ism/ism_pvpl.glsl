@@ -11,23 +11,17 @@ struct ism_pvpl {
 // make a comparison with what is no number false.
 ism_pvpl ism_read_pvpl(ivec2 at)
 {
-    ism_pvpl p;
     int side = int(ISM_C.face_height), face = at.y / side;
     ivec3 to = ivec3(at.x, at.y - face * side, 3 * face);
-    vec4 place = uintBitsToFloat(texelFetch(glbk_ism_texels, to, 0));
-    vec4 normal = uintBitsToFloat(texelFetch(glbk_ism_texels, to + ivec3(0, 0, 1), 0));
-    vec4 flux = uintBitsToFloat(texelFetch(glbk_ism_texels, to + ivec3(0, 0, 2), 0));
+    vec4 place = ISM_FLOATS(glbk_ism_texels, to);
+    vec4 normal = ISM_FLOATS(glbk_ism_texels, to + ivec3(0, 0, 1));
+    vec4 flux = ISM_FLOATS(glbk_ism_texels, to + ivec3(0, 0, 2));
     float length2 = dot(normal.xyz, normal.xyz);
     bool usable = cohsm_finite3(place.xyz) && cohsm_finite3(normal.xyz) && cohsm_finite3(flux.xyz);
-    usable = usable && length2 >= 0.9409 && length2 <= 1.0609;
-    usable = usable && all(greaterThanEqual(flux.xyz, vec3(0.0))) && all(lessThanEqual(flux.xyz, vec3(1e30)));
-    p.position = place.xyz;
-    p.normal = normal.xyz;
-    p.flux = flux.xyz;
-    p.area = flux.w;
-    p.luminance = 0.0;
-    if (usable) p.luminance = (flux.x + flux.y + flux.z) * (1.0 / 3.0);
-    return p;
+    usable = usable && clamp(length2, 0.9409, 1.0609) == length2 && clamp(flux.xyz, 0.0, 1e30) == flux.xyz;
+    float luminance = 0.0;
+    if (usable) luminance = (flux.x + flux.y + flux.z) * (1.0 / 3.0);
+    return ism_pvpl(place.xyz, normal.xyz, flux.xyz, flux.w, luminance);
 }
 
 // Finds where a place lies in clip space. Returns false if that is at infinity, far outside, or unknown.

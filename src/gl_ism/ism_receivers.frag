@@ -7,7 +7,7 @@ void main()
 {
     uint width = ISM_S.view_width, n0 = width * ISM_S.view_height;
     uint n1 = ism_blocks(n0), n2 = ism_blocks(n1), n3 = ism_blocks(n2), n4 = ism_blocks(n3);
-    uint i = ism_unfold(ivec2(gl_FragCoord.xy), n0).x;
+    uint i = ism_unfold(n0).x;
     float x = float(i) + 0.5, all = ism_folded(glbk_ism_runs4, n4 - 1u, n4, 0u);
     result = uvec4(0u);
     if (!(x < all)) return;

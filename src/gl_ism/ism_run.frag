@@ -9,7 +9,7 @@ void main()
 {
     uint pace = ISM_S.pace, count = ISM_S.value_count, own = ism_blocks(count);
     if (pace != 0u) own = (count + pace - 1u) / pace;
-    uvec2 place = ism_unfold(ivec2(gl_FragCoord.xy), own);
+    uvec2 place = ism_unfold(own);
     uint k = 32u * place.x, end = min(k + 32u, count);
     if (pace != 0u) {
         k = place.x - (place.x & 31u);
@@ -18,7 +18,7 @@ void main()
     vec2 sum = vec2(0.0);
     for (; k < end; k++) {
         uint i = pace == 0u ? k : min(pace * k + pace - 1u, count - 1u);
-        sum += uintBitsToFloat(texelFetch(glbk_ism_values, ism_fold(i, count, place.y), 0).xy);
+        sum += ISM_FLOATS(glbk_ism_values, ism_fold(i, count, place.y)).xy;
     }
     result = floatBitsToUint(sum);
 }

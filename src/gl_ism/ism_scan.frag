@@ -8,13 +8,13 @@ layout(location = 0) out uvec2 result;
 
 void main()
 {
-    ivec2 at = ivec2(gl_FragCoord.xy), along = ivec2(1, 0);
+    ivec2 at = ISM_HERE, along = ivec2(1, 0);
     if (ISM_C.columns != 0u) along = ivec2(0, 1);
     int i = at.x * along.x + at.y * along.y;
     int pace = int(ISM_C.pace), last = int(ISM_C.value_count) - 1;
     ivec2 base = at - along * i + ivec2(int(ISM_C.first_column), 0);
     vec2 sum = vec2(0.0);
     for (int k = i - (i & 31); k <= i; k++)
-        sum += uintBitsToFloat(texelFetch(glbk_ism_summed, base + along * min(pace * k + pace - 1, last), 0).xy);
+        sum += ISM_FLOATS(glbk_ism_summed, base + along * min(pace * k + pace - 1, last)).xy;
     result = floatBitsToUint(sum);
 }

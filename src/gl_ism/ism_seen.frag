@@ -6,11 +6,9 @@ layout(location = 0) out uint result;
 void main()
 {
     uint width = ISM_S.view_width, count = width * ISM_S.view_height;
-    uint i = ism_unfold(ivec2(gl_FragCoord.xy), count).x, j = min(i, count - 1u), row = j / width;
+    uint i = ism_unfold(count).x, j = min(i, count - 1u), row = j / width;
     glbk_point p;
     bool seen = glbk_read_point(ivec2(j - row * width, row), p);
     seen = seen && i < count && cohsm_finite3(p.position) && dot(p.normal, p.normal) > 0.25;
-    float one = 0.0;
-    if (seen) one = 1.0;
-    result = floatBitsToUint(one);
+    result = seen ? 0x3f800000u : 0u;           // as floats
 }

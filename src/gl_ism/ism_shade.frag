@@ -8,7 +8,7 @@ layout(location = 0) out glbk_color result;
 
 void main()
 {
-    ivec2 at = ivec2(gl_FragCoord.xy);
+    ivec2 at = ISM_HERE;
     uint side = glbk_ism_view.interleave;
     uvec2 place = uvec2(at) % side;
     ism_receiver r;

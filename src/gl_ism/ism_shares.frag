@@ -8,13 +8,13 @@ layout(location = 0) out uint result;
 void main()
 {
     uint count = ISM_S.cluster_count;
-    uvec2 place = ism_unfold(ivec2(gl_FragCoord.xy), count);
+    uvec2 place = ism_unfold(count);
     float share = 0.0;
     if (place.x < count) {
         float p = ism_density(ism_folded2(glbk_ism_masses, place.x, count)), q = p;
         ivec2 end = textureSize(glbk_ism_runs4, 0) - 1;
-        if (ISM_S.pair != 0u && uintBitsToFloat(texelFetch(glbk_ism_runs4, end, 0).x) > 0.0) {
-            float all = uintBitsToFloat(texelFetch(glbk_ism_effect_totals, ivec2(0, int(place.y)), 0).x);
+        if (ISM_S.pair != 0u && ISM_FLOATS(glbk_ism_runs4, end).x > 0.0) {
+            float all = ISM_FLOATS(glbk_ism_effect_totals, ivec2(0, int(place.y))).x;
             float effect = ism_folded(glbk_ism_values, place.x, count, place.y);
             if (all > 0.0) q = effect / all;
         }

@@ -26,7 +26,7 @@ void ism_keep(uint pixel, vec4 reach, inout uvec4 best, inout vec4 most)
 
 void main()
 {
-    ivec2 at = ivec2(gl_FragCoord.xy), side = ivec2(ISM_C.view_width, ISM_C.view_height);
+    ivec2 at = ISM_HERE, side = ivec2(ISM_C.view_width, ISM_C.view_height);
     glbk_point p;
     first = second = uvec4(0u);
 #if FROM == 0

@@ -36,7 +36,7 @@ float ism_solid_angle_from(vec3 eye, ism_corners p, vec3 normal2, float area2)
 void main()
 {
     uint count = ISM_S.triangle_count, views = ISM_S.views;
-    uint t = ism_unfold(ivec2(gl_FragCoord.xy), count).x;
+    uint t = ism_unfold(count).x;
     result = uvec2(0u);
     if (t >= count) return;
     ism_corners p = ism_read_corners(t);
@@ -46,12 +46,12 @@ void main()
     uint pixels = ISM_S.view_width * ISM_S.view_height, valid = 0u;
     if (views > 0u) {
         ivec2 end = textureSize(glbk_ism_runs4, 0) - 1;
-        valid = uint(uintBitsToFloat(texelFetch(glbk_ism_runs4, end, 0).x));
+        valid = uint(ISM_FLOATS(glbk_ism_runs4, end).x);
     }
     uint key = ism_hash_combine(ISM_S.seed, 0x7000u + cohsm_if(views == 1u, 0u, t));
     for (uint k = 0u; k < views && valid > 0u; k++) {
         uint i = ism_multiply_high(ism_hash_combine(key, k), valid);
-        vec3 eye = uintBitsToFloat(texelFetch(glbk_ism_receivers, ism_fold(i, pixels, 0u), 0).xyz);
+        vec3 eye = ISM_FLOATS(glbk_ism_receivers, ism_fold(i, pixels, 0u)).xyz;
         solid += ism_solid_angle_from(eye, p, normal2, area2);
     }
     if (views > 0u) solid /= float(views);

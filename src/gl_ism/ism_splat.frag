@@ -17,8 +17,8 @@ layout(location = 1) out uint hit;
 
 void main()
 {
-    ivec2 at = ivec2(gl_FragCoord.xy);
-    if (any(lessThan(at, ism_box.xy)) || any(greaterThan(at, ism_box.zw))) discard;
+    ivec2 at = ISM_HERE;
+    if (clamp(at, ism_box.xy, ism_box.zw) != at) discard;
     ism_surfel s = ism_surfel(ism_at.xyz, ism_plane.xyz, ism_at.w, 0.0, vec2(0.0), ism_cut1, ism_cut2,
                               ism_box);
     ism_grid grid = ism_grid(ism_plane.w, ism_across, ism_down);

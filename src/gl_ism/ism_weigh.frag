@@ -5,7 +5,7 @@
 // with: screen.vert
 layout(location = 0) out uvec2 result;
 
-float ism_effect_at(ivec2 at) { return uintBitsToFloat(texelFetch(glbk_ism_effects, at, 0).x); }
+float ism_effect_at(ivec2 at) { return ISM_FLOATS(glbk_ism_effects, at).x; }
 
 float ism_blurred(ivec2 at, ism_pvpl q)
 {
@@ -31,7 +31,7 @@ float ism_blurred(ivec2 at, ism_pvpl q)
 
 void main()
 {
-    ivec2 at = ivec2(gl_FragCoord.xy);
+    ivec2 at = ISM_HERE;
     ism_pvpl q = ism_read_pvpl(at);
     float effect = 0.0;
     if (ISM_C.by_effect != 0u && q.luminance > 0.0) {

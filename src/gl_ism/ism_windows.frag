@@ -6,11 +6,11 @@
 // sets: ISM_PROJECTION=1 | ISM_PROJECTION=2
 layout(location = 0) out uvec4 result;
 
-vec4 ism_drawn(ivec2 at, int k) { return uintBitsToFloat(texelFetch(glbk_ism_drawn, ivec3(at, k), 0)); }
+vec4 ism_drawn(ivec2 at, int k) { return ISM_FLOATS(glbk_ism_drawn, ivec3(at, k)); }
 
 void main()
 {
-    ivec2 at = ivec2(gl_FragCoord.xy);
+    ivec2 at = ISM_HERE;
     vec4 facing = ism_drawn(at, 1), across, down;
     vec3 place = ism_drawn(at, 0).xyz;
     uint face = (uint(ism_drawn(at, 2).w) & 127u) << 24, side = glbk_ism_frame.tile_side, window = 0u;
@@ -18,8 +18,8 @@ void main()
     vec2 lo = vec2(1.0), hi = vec2(0.0), uv;
     mat3 basis = ism_basis_of(facing.xyz);
     for (int i = 0; i < 512; i++) {
-        vec4 p = uintBitsToFloat(texelFetch(glbk_ism_sights, ivec3(i & 63, i >> 6, 0), 0));
-        vec3 n = uintBitsToFloat(texelFetch(glbk_ism_sights, ivec3(i & 63, i >> 6, 1), 0).xyz);
+        vec4 p = ISM_FLOATS(glbk_ism_sights, ivec3(i & 63, i >> 6, 0));
+        vec3 n = ISM_FLOATS(glbk_ism_sights, ivec3(i & 63, i >> 6, 1)).xyz;
         vec3 d = p.xyz - place, l = d * basis;
         bool before_it = ism_map_coordinates(ism_projection_of(1.0), 1.0, l / length(l), uv);
         if (before_it && p.w > 0.0 && dot(n, d) < 0.0) {

@@ -12,8 +12,8 @@
    - It needs gl_backend.h beside it, which makes the context object, textures and targets, and whose
      conventions, errors and rules about GL's state hold here; gl_programs.h, which makes programs;
      and gl_gbuffer.h, whose G-buffer is lit.
-   - Near points and skies' VPLs come from ism.h. VPLs and the windows of their tiles are chosen by ism.h or,
-     from maps on the GPU, by glbk_ism_choose; surfels are scattered by ism.h or by glbk_ism_scatter.
+   - Skies' VPLs come from ism.h. VPLs, near points and the windows of tiles are chosen by ism.h or, from maps
+     on the GPU, by glbk_ism_choose; surfels are scattered by ism.h or by glbk_ism_scatter.
 
    Quick start
 
@@ -138,7 +138,8 @@
      section 6.5  blur of the BRSM               ism_blurred        ism__blur_task      T41
      section 6.5  VPLs between texels            ism_inter_texel    ism__inter_texel    T55
      -            light close to a VPL           ism_patch_kernel   ism__patch_kernel   T42 T43 T44
-     -            near points                    ism_gather         ism_near_points     -
+     -            near points                    ism_gather         ism_near_points     T44
+     -            how far they reach             ism_reach_of       ism__reach_of       -
      -            windows                        ism_zoom_axis      ism_zoom            -
      -            the next bounce                ism_cell_weight    ism_bounce          T45
 

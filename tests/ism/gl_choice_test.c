@@ -514,6 +514,241 @@ static void vpls_by_the_picture_are_those_of_ism_choose(void **state)
     assert_true((double)elsewhere < 1e-2 * (double)all);
 }
 
+/* ---- near points ---- */
+
+/* The near point of ism_choose that is nearest to one of the table's, of those that no other has taken. */
+static size_t find_near(const ism_near_point *points, size_t count, const float *at, const char *taken)
+{
+    size_t i, best = count;
+    double least = 1e30;
+    for (i = 0; i < count; i++) {
+        const double off = distance_of(points[i].position, at);
+        if (taken[i] || off >= least) continue;
+        least = off;
+        best = i;
+    }
+    return best;
+}
+
+/* Twice the distance from a place to the eighth of the table's VPLs about it. */
+static double reach_at(const float *table, size_t vpls, const float *at)
+{
+    double near8[8];
+    size_t i, k;
+    for (k = 0; k < 8; k++) near8[k] = 1e30;
+    for (i = 0; i < vpls; i++) {
+        const double d = distance_of(table + 16 * i, at);
+        for (k = 7; k > 0 && near8[k - 1] > d; k--) near8[k] = near8[k - 1];
+        if (near8[k] > d) near8[k] = d;
+    }
+    return 2 * near8[7];
+}
+
+/* The table's near points beside ism_choose's: returns how many have no twin, and adds up the radii of the spheres of
+   both. */
+static size_t compare_near(const lit *l, const ism_maps *maps, const glbk_ism_maps *m, const float *table,
+                           double radii[2])
+{
+    const size_t first = 4 * (size_t)m->desc.vpl_count, n = m->near_point_count, behind = first + (n + 63) / 64;
+    const double texel = 1.0 / (double)l->width;
+    double worst[4] = { 0, 0, 0, 0 };
+    size_t count, i, k, alone = 0, elsewhere = 0;
+    const ism_near_point *points = ism_near_points(maps, &count);
+    char *taken = (char *)calloc(count, 1);
+    assert_non_null(taken);
+    assert_int_equal(count, n);
+    for (i = 0; i < n; i++) {
+        const float *g = table + 4 * (behind + 3 * i), *sphere = table + 4 * (first + i / 64);
+        const size_t twin = find_near(points, count, g, taken);
+        const ism_near_point *p = &points[twin];
+        assert_true(distance_of(g, sphere) + (double)g[7] <= (double)sphere[3] * (1 + 1e-6));
+        assert_true(g[11] >= 0 && g[11] < (float)m->vpl_count);
+        assert_true(fabs((double)g[7] / reach_at(table, m->vpl_count, g) - 1) < 1e-5);
+        taken[twin] = 1;
+        if (distance_of(g, p->position) > 2e-2 * texel) {
+            alone++;
+            continue;
+        }
+        worst[0] = fmax(worst[0], distance_of(g + 4, p->normal));
+        worst[1] = fmax(worst[1], fabs((double)g[3] / (double)p->edge - 1));
+        worst[2] = fmax(worst[2], fabs((double)g[7] / (double)p->reach - 1));
+        for (k = 0; k < 3; k++)
+            worst[3] = fmax(worst[3], fabs((double)g[8 + k] - (double)p->flux[k]) / fmax((double)p->flux[k], 1e-20));
+        elsewhere += (uint32_t)g[11] != (uint32_t)p->vpl;
+    }
+    for (i = 0; i < n; i += 64) {
+        float sphere[4];
+        ism__near_sphere(points + i, (uint32_t)(n - i < 64 ? n - i : 64), sphere);
+        radii[0] += (double)table[4 * (first + i / 64) + 3];
+        radii[1] += (double)sphere[3];
+    }
+    printf("    %zu near points, %zu without a twin; the others' normals differ by %.1e, edges %.1e, reaches %.1e, "
+           "fluxes %.1e; %zu of another VPL\n", n, alone, worst[0], worst[1], worst[2], worst[3], elsewhere);
+    assert_true(worst[0] < 1e-3 && worst[1] < 1e-2 && worst[2] < 1e-2 && worst[3] < 1e-5);
+    assert_true(elsewhere <= n / 100);          /* two VPLs as near */
+    free(taken);
+    return alone;
+}
+
+/* By flux each near point has the same brightness, a part of all. The points are those of ism_choose, each with the
+   same square, reach and VPL; 64 that stand together lie together, nearly as closely as in the order of ism_choose. */
+static void near_points_are_those_of_ism_choose(void **state)
+{
+    GL_TEST(t, state)
+    static const uint32_t sizes[][4] = { { 64, 48, 1, 64 }, { 45, 37, 2, 150 }, { 512, 64, 1, 300 } };
+    static const float place[3] = { 0, 1, 0 }, down[3] = { 0, -1, 0 };
+    size_t k, alone = 0, all = 0, i, n;
+    double radii[2] = { 0, 0 };
+    int way;
+    for (k = 0; k < sizeof sizes / sizeof sizes[0]; k++)
+        for (way = 0; way < 3; way++) {
+            lit *l = lit_make(sizes[k][0], sizes[k][1], sizes[k][2]);
+            const size_t texels = (size_t)l->width * l->height * l->faces;
+            ism_desc d = by_flux(sizes[k][3]);
+            ism_points view;
+            ism_frame frame;
+            ism_maps *maps;
+            double total = 0;
+            const ism_vpl *v;
+            float *table;
+            chosen c;
+            d.near_point_count = way == 1 ? 3 : 0;
+            d.unstable = way == 2;
+            memset(&view, 0, sizeof view);
+            view.count = view.width = 1;
+            view.positions = place;
+            view.normals = down;
+            memset(&frame, 0, sizeof frame);
+            frame.sources = l->sources;
+            frame.source_count = l->faces;
+            frame.points = &view;
+            frame.index = 5;
+            assert_int_equal(ism_create(&d, &maps), ISM_OK);
+            assert_int_equal(ism_choose(maps, &frame), ISM_OK);
+            lit_upload(t, l);
+            chosen_make(t, l, &d, &c);
+            assert_glbk(t, glbk_ism_choose(&t->gl, &c.choice, &c.maps, &l->texels, NULL, 5));
+            n = c.maps.near_point_count;
+            assert_int_equal(n, sizes[k][3] * (way == 1 ? 3 : 16));
+            table = read_table(t, &c.choice, (uint32_t)(sizes[k][3] + ((n + 63) / 64 + 3 * n + 3) / 4));
+            alone += compare_near(l, maps, &c.maps, table, radii);
+            all += n;
+            for (i = 0; i < texels; i++) total += (double)ism__luminance(l->flux + 3 * i);
+            for (i = 0; i < n; i++) {
+                const float *flux = table + 4 * (4 * (size_t)d.vpl_count + (n + 63) / 64 + 3 * i + 2);
+                assert_true(fabs((double)ism__luminance(flux) * (double)n / total - 1) < 1e-4);
+            }
+            v = ism_vpls(maps, &i);
+            for (i = 0; i < d.vpl_count; i++)
+                assert_true(fabs((double)table[16 * i + 11] / (double)v[i].reach - 1) < 1e-2);
+            free(table);
+            ism_free(maps);
+            chosen_free(t, &c);
+            glbk_texture_free(&t->gl, &l->texels);
+        }
+    printf("%zu of %zu near points have no twin; spheres of 64 are %.3f times as wide\n", alone, all,
+           radii[0] / radii[1]);
+    assert_true((double)alone < 4e-3 * (double)all);
+    assert_true(radii[0] < 1.6 * radii[1]);
+}
+
+/* A wall stands on the edge of a lit floor of 4 x 4 m, radiosity 1: from its foot up it has the light of the floor's
+   form factor. Near points, chosen on the GPU, keep it where 256 VPLs alone make blotches. They and the figures are
+   those of near_test. */
+static void light_in_a_corner_is_near_the_truth(void **state)
+{
+    GL_TEST(t, state)
+    enum { SIDE = 64, W = 20, H = 12 };
+    static const float back[3] = { 0, 0, 1 };
+    static const char *const rules[] = { "patches", "near points" };
+    static float places[3 * W * H], normals[3 * W * H], light[4 * W * H];
+    const glbk_ism_renderer_desc size = { W, H };
+    lit *l = lit_make(SIDE, SIDE, 1);
+    ism_desc d = by_flux(256);
+    double rmse[2] = { 0, 0 }, mean[2] = { 0, 0 }, truth = 0;
+    glbk_ism_renderer r;
+    glbk_gbuffer seen;
+    ism_shading s;
+    chosen c;
+    size_t i;
+    int rule, k;
+    for (i = 0; i < SIDE * SIDE; i++) {
+        l->position[3 * i] = 4 * ((float)(i % SIDE) + 0.5f) / SIDE - 2;
+        l->position[3 * i + 1] = 0;
+        l->position[3 * i + 2] = 4 * ((float)(i / SIDE) + 0.5f) / SIDE;
+        l->normal[3 * i] = l->normal[3 * i + 2] = 0;
+        l->normal[3 * i + 1] = 1;
+        l->area[i] = 16.0f / (SIDE * SIDE);
+        l->flux[3 * i] = l->flux[3 * i + 1] = l->flux[3 * i + 2] = l->area[i];
+    }
+    for (i = 0; i < W * H; i++) {
+        places[3 * i] = 4 * ((float)(i % W) + 0.5f) / W - 2;
+        places[3 * i + 1] = 1.2f * ((float)(i / W) + 0.5f) / H;
+        normals[3 * i + 2] = 1;
+    }
+    d.near_point_count = 0;
+    d.importance = ISM_IMPORTANCE_BRSM;
+    memset(&s, 0, sizeof s);
+    s.no_maps = 1;
+    gl_see(&t->gl, W, H, places, normals, NULL, &seen);
+    assert_glbk(t, glbk_ism_renderer_create(&t->gl, &size, &r));
+    lit_upload(t, l);
+    chosen_make(t, l, &d, &c);
+    assert_glbk(t, glbk_ism_choose(&t->gl, &c.choice, &c.maps, &l->texels, &seen, 0));
+    for (rule = 0; rule < 2; rule++) {
+        s.near_mode = rule ? ISM_NEAR_GATHER : ISM_NEAR_PATCH;
+        assert_glbk(t, glbk_ism_shade(&t->gl, &r, &seen, &c.maps, &s, 0));
+        assert_glbk(t, glbk_ism_read(&t->gl, &r, light));
+        for (i = 0; i < W * H; i++) {
+            static const float corner[4][2] = { { -2, 0 }, { -2, 4 }, { 2, 4 }, { 2, 0 } };
+            float square[12];
+            double e;
+            for (k = 0; k < 4; k++) {
+                square[3 * k] = corner[k][0] - places[3 * i];
+                square[3 * k + 1] = -places[3 * i + 1];
+                square[3 * k + 2] = corner[k][1] - places[3 * i + 2];
+            }
+            e = (double)util_form_factor(back, square);
+            truth += e / 2;
+            mean[rule] += (double)light[4 * i];
+            rmse[rule] += ((double)light[4 * i] - e) * ((double)light[4 * i] - e);
+        }
+    }
+    for (rule = 0; rule < 2; rule++) {
+        mean[rule] /= truth;
+        rmse[rule] = sqrt(rmse[rule] * W * H) / truth;
+        printf("%s: relative RMSE %.4f, mean %.4f\n", rules[rule], rmse[rule], mean[rule]);
+    }
+    CONFORM("T44", "wall beside a lit floor, by near points: mean over the form factor's", 1, mean[1], 0.02);
+    CONFORM_MAX("T44", "the same: relative RMSE", 0.03, rmse[1]);
+    assert_true(rmse[1] < 0.6 * rmse[0]);
+    chosen_free(t, &c);
+    glbk_texture_free(&t->gl, &l->texels);
+    glbk_ism_renderer_free(&t->gl, &r);
+    glbk_gbuffer_free(&t->gl, &seen);
+}
+
+/* Eight VPLs are too few to measure reaches by, and none is told to be near then. */
+static void few_vpls_have_no_near_points(void **state)
+{
+    GL_TEST(t, state)
+    lit *l = lit_make(16, 16, 1);
+    ism_desc d = by_flux(8);
+    float *table;
+    chosen c;
+    size_t i;
+    d.near_point_count = 16;
+    lit_upload(t, l);
+    chosen_make(t, l, &d, &c);
+    assert_glbk(t, glbk_ism_choose(&t->gl, &c.choice, &c.maps, &l->texels, NULL, 0));
+    assert_int_equal(c.maps.near_point_count, 0);
+    table = read_table(t, &c.choice, 8);
+    for (i = 0; i < 8; i++) assert_true(table[16 * i + 11] == 0);
+    free(table);
+    chosen_free(t, &c);
+    glbk_texture_free(&t->gl, &l->texels);
+}
+
 /* The mean power of VPLs by the picture is that of the map, whatever the importances are. */
 static void power_is_kept(void **state)
 {
@@ -891,9 +1126,10 @@ static void windows_are_those_of_ism_scatter(void **state)
 
 /* ---- a frame ---- */
 
-/* Shading by the table that was drawn is as by the same VPLs uploaded; and from there to the picture the frame asks GL
-   for nothing: no glReadPixels, no glGet..., no glFinish. What else could wait, glGetTexImage and glMapBuffer, the
-   library never loads. Surfels are uploaded before: an upload asks which parameters of texels it must put back. */
+/* Shading by the table that was drawn is as by the same VPLs and near points uploaded; and from there to the picture
+   the frame asks GL for nothing: no glReadPixels, no glGet..., no glFinish. What else could wait, glGetTexImage and
+   glMapBuffer, the library never loads. Surfels are uploaded before: an upload asks which parameters of texels it must
+   put back. */
 static void a_frame_reads_nothing_back(void **state)
 {
     GL_TEST(t, state)
@@ -903,7 +1139,9 @@ static void a_frame_reads_nothing_back(void **state)
     static ism_vpl vpls[64];
     static const float occluder[9] = { 0.2f, 0.6f, 0.2f, 0.6f, 0.6f, 0.2f, 0.2f, 0.6f, 0.7f };
     lit *l = lit_make(32, 32, 1);
-    const ism_desc d = by_flux(64);
+    enum { NEAR = 64 * 4 };
+    static ism_near_point points[NEAR];
+    ism_desc d = by_flux(64);
     const glbk_ism_renderer_desc size = { SIDE, SIDE };
     const ism_mesh mesh = { occluder, 3, 0, NULL, 0, NULL, NULL, NULL, NULL, NULL };
     gl_canvas canvas = gl_canvas_make(t, GLBK_FORMAT_RGBA8, SIDE, SIDE, 0);
@@ -925,6 +1163,7 @@ static void a_frame_reads_nothing_back(void **state)
         places[3 * i + 2] = (float)(i / SIDE) / SIDE;
         down[3 * i + 1] = -1;
     }
+    d.near_point_count = 4;
     gl_see(&t->gl, SIDE, SIDE, places, down, NULL, &seen);
     assert_glbk(t, glbk_ism_renderer_create(&t->gl, &size, &r));
     lit_upload(t, l);
@@ -961,16 +1200,20 @@ static void a_frame_reads_nothing_back(void **state)
     }
     t->gl.check = 1;
     assert_glbk(t, glbk_ism_read(&t->gl, &r, light[0]));
-    table = read_table(t, &c.choice, 64);
+    assert_int_equal(c.maps.near_point_count, NEAR);
+    table = read_table(t, &c.choice, 64 + (NEAR / 64 + 3 * NEAR) / 4);
+    memcpy(points, table + 4 * (4 * 64 + NEAR / 64), sizeof points);
     for (i = 0; i < 64; i++) {
         memcpy(vpls[i].position, table + 16 * i, 12);
         memcpy(vpls[i].normal, table + 16 * i + 4, 12);
         memcpy(vpls[i].axis, table + 16 * i + 12, 12);
         memcpy(vpls[i].flux, table + 16 * i + 8, 12);
         vpls[i].edge = table[16 * i + 7];
+        vpls[i].reach = table[16 * i + 11];
         vpls[i].exponent = 1;
     }
     assert_glbk(t, glbk_ism_vpls_upload(&t->gl, &c.maps, vpls, 64, &info));
+    assert_glbk(t, glbk_ism_near_points_upload(&t->gl, &c.maps, points, NEAR));
     assert_glbk(t, glbk_ism_draw(&t->gl, &c.maps, 0));
     assert_glbk(t, glbk_ism_shade(&t->gl, &r, &seen, &c.maps, NULL, 0));
     assert_glbk(t, glbk_ism_read(&t->gl, &r, light[1]));
@@ -1072,6 +1315,9 @@ int main(int count, char **values)
         gl_unit_test(sums_are_prefix_sums),
         gl_unit_test(vpls_are_those_of_ism_choose),
         gl_unit_test(vpls_by_the_picture_are_those_of_ism_choose),
+        gl_unit_test(near_points_are_those_of_ism_choose),
+        gl_unit_test(light_in_a_corner_is_near_the_truth),
+        gl_unit_test(few_vpls_have_no_near_points),
         gl_unit_test(power_is_kept),
         gl_unit_test(all_vpls_are_equally_bright),
         gl_unit_test(long_sums_lose_nothing),
