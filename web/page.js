@@ -180,26 +180,27 @@ async function startPage({ create, begin, lose, frame }) {
         state.program.GL.makeContextCurrent(handle);
         return begin();
     };
+    /* A context may be lost, and come back, before the program is there. */
+    canvas.addEventListener('webglcontextlost', (e) => {
+        e.preventDefault();
+        state.lost = true;
+        state.fence = null;
+        say('The browser took the picture\'s memory away; it comes back when the browser gives it back.');
+        if (state.program) lose();
+    });
+    canvas.addEventListener('webglcontextrestored', () => {
+        say('');
+        if (state.program) adopt();
+        state.lost = false;
+        state.anew = true;
+    });
     try {
         state.program = await create({ print: () => {}, printErr: (text) => console.warn(text) });
     } catch (error) {
         say(`The page cannot begin: ${error.message}`);
         return;
     }
-    canvas.addEventListener('webglcontextlost', (e) => {
-        e.preventDefault();
-        state.lost = true;
-        state.fence = null;
-        say('The browser took the picture\'s memory away; it comes back when the browser gives it back.');
-        lose();
-    });
-    canvas.addEventListener('webglcontextrestored', () => {
-        say('');
-        adopt();
-        state.lost = false;
-        state.anew = true;
-    });
-    adopt();
+    if (!state.lost) adopt();
     const loop = (now) => {
         requestAnimationFrame(loop);
         if (state.lost || !state.ready || busy()) return;

@@ -137,26 +137,6 @@ static int build_maps(cohsm_desc *desc, const cohsm_mesh *mesh)
     return -1;
 }
 
-/* Four maps of a triangle, taken as the model's: by them shaders are compiled before its own are there. */
-EMSCRIPTEN_KEEPALIVE int pd_build_few(void)
-{
-    static const float corners[9] = { 0, 0, 0, 1, 0, 0, 0, 1, 0 };
-    const void *block;
-    size_t bytes;
-    cohsm_desc desc;
-    cohsm_mesh mesh;
-    memset(&desc, 0, sizeof desc);
-    memset(&mesh, 0, sizeof mesh);
-    page.error[0] = 0;
-    mesh.positions = corners;
-    mesh.vertex_count = 3;
-    desc.domain.side[0] = desc.domain.side[1] = 2;
-    desc.map_side = 16;
-    if (build_maps(&desc, &mesh) != 0) return -1;
-    block = cohsm_data(page.maps, &bytes);
-    return pd_picture_maps(&page.picture, block, bytes, page.model.radius, page.error);
-}
-
 /* Builds the maps of the model that is loaded. What the numbers mean: cohsm_desc. */
 EMSCRIPTEN_KEEPALIVE int pd_build(unsigned side, unsigned map_side, unsigned layers, unsigned depth_bits,
                                   float open_thickness)

@@ -1,26 +1,30 @@
 /* product.js - the page "product": files, and what the user does with them, turned into calls of product.c. The maps of a
    model are built by a second copy of the program in a worker, coarse ones first, so that shadows are there at once and
-   grow finer. */
+   grow finer. Of the model that the page begins with, the coarse ones come with the page (first.cjs). */
 'use strict';
 
 const SIDES = [[16, 64], [48, 128], [96, 128]];     // maps a side of the directions, pixels a side of a map
-const FIRST = 0.5;                                  // the first picture has pixels of twice the size, to come soon; all of them follow
+const FIRST = 0.5, FIRST_SAMPLES = 2;               // the first picture has pixels of twice the size and few samples, to come soon; all of them follow
 const number = (id) => { const e = element(id); return e.type === 'checkbox' ? +e.checked : +e.value; };
 /* A limit or a bias of 0 stands for the default, and a negative one for none. */
 const orNone = (value) => value > 0 ? value : -1;
 
-Object.assign(state, { worker: null, model: 'builtin:knot', sky: 'builtin:sky', files: new Map(), block: null, blockOf: '', stages: [], shown: false });
+const BEGIN = { model: 'builtin:knot', sky: 'builtin:sky' };
+Object.assign(state, { worker: null, model: '', sky: '', files: new Map(), block: null, blockOf: '', early: null, stages: [], finer: false, began: false, shown: false });
 const call = (name, types, ...values) => callC('pd', name, types, values);
 
 /* ---- building ---- */
 
-/* The program's WebAssembly, which product.wasm.js has as text, compiled once. */
-const compiled = WebAssembly.compile((() => {
-    const text = atob(DappleProduct.wasm), bytes = new Uint8Array(text.length);
+function bytesOf(base64) {
+    if (Uint8Array.fromBase64) return Uint8Array.fromBase64(base64);
+    const text = atob(base64), bytes = new Uint8Array(text.length);
     for (let i = 0; i < bytes.length; i++) bytes[i] = text.charCodeAt(i);
-    DappleProduct.wasm = null;
     return bytes;
-})());
+}
+
+/* The program's WebAssembly, which product.wasm.js has as text, compiled once. */
+const compiled = WebAssembly.compile(bytesOf(DappleProduct.wasm));
+DappleProduct.wasm = null;
 
 /* For Emscripten's options: begins with WebAssembly that is compiled. Emscripten does not hear of a failure, such as no memory. */
 function fromModule(module, fail) {
@@ -34,8 +38,7 @@ function fromModule(module, fail) {
    fetch scripts for workers. */
 function work() {
     self.onmessage = async (event) => {
-        if (!event.data.sides) return;              // 'go on', which came before the job
-        const { name, bytes, sides, how, module, waits } = event.data;
+        const { name, bytes, sides, how, module } = event.data;
         const told = (fraction) => { self.postMessage({ fraction }); return false; };
         const fail = (error) => self.postMessage({ error: 'building failed: ' + error.message });
         const program = await self.DappleProduct({ onProgress: told, print: () => {}, printErr: () => {}, instantiateWasm: fromModule(module, fail) });
@@ -51,8 +54,6 @@ function work() {
             const at = program.ccall('pd_block', 'number', [], []), size = program.ccall('pd_block_bytes', 'number', [], []);
             const block = program.HEAPU8.slice(at, at + size);
             self.postMessage({ block, side, ms: performance.now() - started }, [block.buffer]);
-            /* The first picture has the processors for itself: the page says when it is there. */
-            if (waits && side === sides[0][0]) await new Promise((go) => { self.onmessage = go; setTimeout(go, 3000); });
         }
         self.postMessage({ done: true });
     };
@@ -64,12 +65,27 @@ function stop() {
     element('work').style.display = 'none';
 }
 
-function build() {
+/* How maps are built, other than their number and size. */
+const manner = () => [number('layers'), number('depthbits'), number('thickness')];
+
+/* The maps that have come with the page, or null where others are wanted. */
+function made() {
+    const { first } = DappleProduct;
+    return first && first.model === state.model && String([SIDES[0], manner()]) === String([first.size, first.how]) ? bytesOf(first.block) : null;
+}
+
+function tell(side, block, more) {
+    element('facts').textContent = `${side} x ${side} maps, ${(block.length / 1e6).toFixed(1)} MB${more}`;
+}
+
+/* Builds maps of the model, of each of these sizes; `stages` are there already. */
+function build(sides = SIDES, stages = []) {
     const script = 'var _scriptDir = ""; self.DappleProduct = ' + DappleProduct.toString() + ';' + fromModule.toString()
         + ';(' + work.toString() + ')();';
     const url = URL.createObjectURL(new Blob([script], { type: 'text/javascript' }));
     stop();
-    state.stages = [];
+    state.finer = false;
+    state.stages = stages;
     state.worker = new Worker(url);
     URL.revokeObjectURL(url);
     element('work').style.display = 'flex';
@@ -82,14 +98,11 @@ function build() {
             state.stages.push(data.side);
             if (state.began && !state.lost) give(data.block);
             else state.early = data.block;          // begin() takes it
-            element('facts').textContent = `${data.side} x ${data.side} maps, ${(data.block.length / 1e6).toFixed(1)} MB, ` +
-                `built in ${(data.ms / 1000).toFixed(1)} s`;
+            tell(data.side, data.block, `, built in ${(data.ms / 1000).toFixed(1)} s`);
         }
         if (data.done) stop();
     };
-    const how = [number('layers'), number('depthbits'), number('thickness')];
-    const worker = state.worker, waits = !state.shown;
-    const job = { name: state.model, bytes: state.files.get(state.model), sides: [...SIDES], how, waits };
+    const worker = state.worker, job = { name: state.model, bytes: state.files.get(state.model), sides: [...sides], how: manner() };
     compiled.then((module) => worker.postMessage({ ...job, module }), stop);
 }
 
@@ -98,13 +111,13 @@ function rebuild() {
     const side = number('side'), pixels = number('pixels');
     const coarse = [[16, Math.min(64, pixels)], [Math.ceil(side / 2), pixels]].filter(([s], i) => s >= 16 + i && s < side);
     SIDES.splice(0, SIDES.length, ...coarse, [side, pixels]);
-    build();
+    if (state.began) build();                       // or else begin() does
 }
 
-/* Drivers compile the shaders when something is first drawn by them: a few pixels with maps of four directions and a dark sky, while
-   the worker builds those that will be seen. */
+/* Drivers compile the shaders when something is first drawn by them: a few pixels with the maps that are there and a dark sky. The
+   processor makes the sky that will be seen, meanwhile. */
 function warm() {
-    if (!call('sky', ['string'], 'dark') || !call('build_few', [])) return;
+    if (!call('sky', ['string'], 'dark')) return;
     canvas.width = canvas.height = 16;
     if (call('size', ['number', 'number'], 16, 16)) draw(1, 1);
     state.context.flush();
@@ -119,8 +132,8 @@ function keep(list, end) {
     }
 }
 
-/* Takes a block of csm.h as the maps of the model. */
-function give(block) {
+/* Gives a block of csm.h to the program as the maps of the model. */
+function upload(block) {
     const at = state.program._malloc(block.length);
     let good = at !== 0;
     if (good) {
@@ -128,7 +141,12 @@ function give(block) {
         good = call('open', Array(3).fill('number'), at, block.length, number('fast'));
         state.program._free(at);
     } else say('out of memory');
-    if (!good) return false;
+    return good;
+}
+
+/* Takes a block as the maps of the model, from now on. */
+function give(block) {
+    if (!upload(block)) return false;
     state.block = block;
     state.blockOf = state.model;
     element('save').disabled = false;
@@ -145,7 +163,16 @@ function read(what, name) {
     return good;
 }
 
+/* Without the program, or a context, the name is all that can be taken: begin() does the rest. */
+const waiting = () => !state.began || state.lost;
+
 function load(name) {
+    if (waiting()) {
+        stop();
+        Object.assign(state, { model: name, block: null, early: null });
+        element('save').disabled = true;
+        return true;
+    }
     say('');
     const before = state.model;
     if (!read('load', name)) { state.files.delete(name); pick('model', before); return false; }
@@ -159,6 +186,10 @@ function load(name) {
 }
 
 function loadSky(name) {
+    if (waiting()) {
+        state.sky = name;
+        return true;
+    }
     const before = state.sky;
     if (!read('sky', name)) { state.files.delete(name); pick('sky', before); return false; }
     say('');
@@ -192,8 +223,9 @@ async function take(file) {
         put('sky', name, bytes, loadSky);
         keep('sky', '.hdr');
     } else if (/\.csm$/i.test(name)) {
-        say('');
-        if (give(bytes)) { stop(); element('facts').textContent = `maps from ${name}, ${(bytes.length / 1e6).toFixed(1)} MB`; }
+        if (waiting()) state.early = bytes;         // whether they are maps is seen then
+        else say('');
+        if (state.early || give(bytes)) { stop(); element('facts').textContent = `maps from ${name}, ${(bytes.length / 1e6).toFixed(1)} MB`; }
     } else say(`${name}: drop a .glb, a .hdr or saved maps (.csm)`);
 }
 
@@ -213,17 +245,17 @@ function draw(samples, anew) {
 
 function frame() {
     if (!state.shown) state.scale = FIRST;
-    else if (!state.second) {
+    else {
+        if (!state.second) state.scale = 1;
         state.second = true;
-        state.scale = 1;
-        if (state.worker) state.worker.postMessage('go on');
+        if (state.finer) build(SIDES.slice(1), state.stages);       // the first picture has had the processors for itself
     }
     if (!size()) return;
     const frames = state.program.ccall('pd_frames', 'number', [], []);
     if (!state.anew && frames >= FULL) return;
     const anew = state.anew ? 1 : 0;
     state.anew = false;
-    draw(2 ** element('samples').value, anew);
+    draw(state.shown ? 2 ** element('samples').value : FIRST_SAMPLES, anew);
     state.shown = true;
     drawn(state.program.ccall('pd_frames', 'number', [], []));
 }
@@ -258,31 +290,44 @@ function save() {
 
 /* ---- start ---- */
 
+/* Reads a model or a sky that was chosen before the program was there. One that cannot be read is left out. */
+function readChosen(what, list) {
+    if (read(what, state[list])) return true;
+    if (state.shown || state[list] === BEGIN[list]) return false;
+    state.files.delete(state[list]);
+    state[list] = BEGIN[list];
+    pick(list, state[list]);
+    return read(what, state[list]);
+}
+
 /* On a context that is new. One that comes back has nothing of ours: model, sky and maps are given to it again. The first time
-   a worker is building already, and shaders are compiled before the sky is made, since a GPU does that beside us. */
+   shaders are compiled before the sky is made, since a GPU does that beside us. */
 function begin() {
-    if (!call('start', []) || !read('load', state.model)) return false;
+    if (!call('start', []) || !readChosen('load', 'model')) return false;
+    let block = state.early || state.block;
+    state.early = null;
+    if (!block && (block = made())) {
+        state.finer = !state.worker && SIDES.length > 1;
+        state.stages = [SIDES[0][0]];
+        tell(SIDES[0][0], block, '');
+    }
+    const good = block !== null && give(block);
     if (!state.shown) {
-        warm();
+        if (good || (DappleProduct.first && upload(bytesOf(DappleProduct.first.block)))) warm();
         state.scale = FIRST;
     }
-    if (!size() || !read('sky', state.sky)) return false;
+    if (!size() || !readChosen('sky', 'sky')) return false;
     state.began = true;
-    if (state.early) state.block = state.early;
-    state.early = null;
-    if (state.block) return give(state.block);
-    if (!state.worker) build();
+    if (!good && !state.worker) build();
     return true;
 }
 
 for (const name of ['knot', 'plant', 'robots', 'figure']) pick('model', 'builtin:' + name);
 for (const name of ['sky', 'overcast', 'studio']) pick('sky', 'builtin:' + name);
-element('model').value = state.model;
-element('sky').value = state.sky;
+for (const list of ['model', 'sky']) element(list).value = state[list] = BEGIN[list];
 listen({});
 listenToFiles();
 startPage({ create: async (options) => {
-    build();
     const module = await compiled;
     return new Promise((good, fail) => DappleProduct({ ...options, instantiateWasm: fromModule(module, fail) }).then(good, fail));
 }, begin, frame, lose() { state.program.ccall('pd_lost', null, [], []); } });

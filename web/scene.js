@@ -60,6 +60,7 @@ const SCENES = {
 
 /* Of the page filter: a frame more, and its error, in hundredths of the light's mean. */
 function measure() {
+    if (!state.ready || state.lost) return;
     const at = ask('filter_measure') / 4, [noisy, smooth] = state.program.HEAPF32.subarray(at, at + 2);
     element('facts').textContent = smooth < 0 ? 'it could not be measured'
         : `off by ${(100 * noisy).toPrecision(2)} % of the light as gathered, ${(100 * smooth).toPrecision(2)} % made smooth`;
@@ -96,7 +97,7 @@ function start(own) {
         } else knob.addEventListener('input', turned);
     }
     if (element('measure')) element('measure').addEventListener('click', measure);
-    const grab = { press: (x, y) => ask('press', x, y), drag: (x, y) => state.program.ccall('pg_drag', null, ['number', 'number'], [x, y]),
+    const grab = { press: (x, y) => state.program && ask('press', x, y), drag: (x, y) => state.program.ccall('pg_drag', null, ['number', 'number'], [x, y]),
         release: () => state.program.ccall('pg_release', null, [], []) };
     listen({ grab });
     startPage({

@@ -84,18 +84,28 @@ function resize() {
 }
 
 async function start() {
+    const uniforms = { dappleWidth: { value: 0.1 }, dappleSun: { value: new THREE.Vector3(0, 1, 0) } };
     const mesh = { positions: knot.geometry.attributes.position.array, indices: knot.geometry.index.array };
     element('work').style.display = 'flex';
     const began = performance.now();
     const side = +(/^#side=(\d+)$/.exec(location.hash)?.[1] ?? 64);        // a name with #side=24 is built sooner, for tests
-    const block = await build(mesh, { side, mapSide: 128, onProgress: (f) => { element('progress').value = f; } });
-    element('work').style.display = 'none';
-    element('facts').textContent = `${side} x ${side} maps, ${(block.length / 1e6).toFixed(1)} MB, built in ${((performance.now() - began) / 1000).toFixed(1)} s`;
-    const uniforms = { dappleWidth: { value: 0.1 }, dappleSun: { value: new THREE.Vector3(0, 1, 0) } };
-    let dapple, maps, dirty = true, drag = null;
-    /* On a context that is new: the block goes to it, and programs get our slots before they draw. */
+    let dapple = null, maps, block = null, dirty = true, drag = null, turn = 0;
+    /* On a context that is new: the block goes to it, and programs get our slots before they draw. What a context gets that is
+       lost meanwhile is void; the next one is given all of it anew. */
     const take = async () => {
-        const attached = await attach(renderer.getContext());
+        const mine = ++turn, gl = renderer.getContext(), lost = () => mine !== turn || gl.isContextLost();
+        if (lost()) return;
+        let attached = null;
+        try {
+            attached = await attach(gl);
+            if (lost()) return attached.free({ lost: true });
+            shade(attached);
+        } catch (error) {
+            if (!lost()) throw error;
+            if (attached) attached.free({ lost: true });
+        }
+    };
+    const shade = (attached) => {
         maps = attached.maps([block]);
         place(maps);
         const glsl = attached.glsl({ defines: `${maps.defines} COHSM_ONE_LIGHT=0 COHSM_ONE_FILTER=2` });    // as it asks
@@ -108,10 +118,14 @@ async function start() {
         dirty = true;
     };
     canvas.addEventListener('webglcontextlost', () => {         // three.js does its part itself
+        turn++;
         if (dapple) dapple.free({ lost: true });
         dapple = null;
     });
-    canvas.addEventListener('webglcontextrestored', () => take().catch(fail));
+    canvas.addEventListener('webglcontextrestored', () => { if (block) take().catch(fail); });
+    block = await build(mesh, { side, mapSide: 128, onProgress: (f) => { element('progress').value = f; } });
+    element('work').style.display = 'none';
+    element('facts').textContent = `${side} x ${side} maps, ${(block.length / 1e6).toFixed(1)} MB, built in ${((performance.now() - began) / 1000).toFixed(1)} s`;
     await take();
     const draw = () => {
         resize();
@@ -125,7 +139,7 @@ async function start() {
     };
     const loop = () => {
         requestAnimationFrame(loop);
-        if (dirty && dapple) { dirty = false; draw(); }
+        if (dirty && dapple && !renderer.getContext().isContextLost()) { dirty = false; draw(); }
     };
     canvas.addEventListener('pointerdown', (e) => { drag = [e.clientX, e.clientY]; canvas.setPointerCapture(e.pointerId); });
     canvas.addEventListener('pointerup', () => { drag = null; });
