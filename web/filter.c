@@ -28,6 +28,7 @@ static struct filter {
     glbk_program      split;
     gifilt_frame      settings;         /* of the last frame, without its camera */
     uint32_t          samples;          /* the same, a pixel */
+    rsm_light         spot;             /* the same */
     uint32_t          index;            /* of the frame */
 } filter;
 
@@ -85,6 +86,9 @@ int pg_scene_create(pg_stage *stage, char *error)
     if (!filter.model.scene.object_count) {
         ex_scene scene;
         if (ex_scene_builtin(&scene, "cornell", 0, error) != 0) return -1;
+        /* The box's own lamp is off. */
+        for (uint32_t i = 0; i < scene.material_count; i++)
+            memset(scene.materials[i].emission, 0, sizeof scene.materials[i].emission);
         if (pg_model_take(&filter.model, &scene, 0, error) != 0) return -1;
     }
     if (pg_model_upload(&filter.model, stage->gl, error) != 0) return -1;
@@ -205,6 +209,7 @@ int pg_scene_light(pg_stage *stage, const float knobs[PG_KNOBS], float time, cha
     glbk_result result = fit(stage);
     stage->exposure = 1.2f * knobs[EXPOSURE];
     set(knobs);
+    filter.spot = spot;
     if (result == GLBK_OK) result = glbk_rsm_map_place(gl, &filter.map, &spot);
     if (result == GLBK_OK) result = glbk_rsm_map_draw(gl, &filter.rsm, &filter.map, draw_lit, NULL);
     if (result == GLBK_OK) result = pg_stage_draw(stage, &filter.model, NULL, 0);
@@ -235,7 +240,15 @@ static float apart(const float *a, const float *b, size_t pixels)
     return sum > 0 ? (float)(sqrt(square / count) / (sum / count)) : 0;
 }
 
+void         pg_filter_again(void);
 const float *pg_filter_measure(void);
+
+/* Noise and history begin anew: the same frames come again, for pictures that are compared. */
+EMSCRIPTEN_KEEPALIVE void pg_filter_again(void)
+{
+    filter.index = 0;
+    glbk_rsm_reset(&filter.rsm);
+}
 
 /* Relative error of the noisy and of the smooth light of one frame more, as the last one was: against the bounced light of
    every texel of the map. Two floats, negative where that fails. */
@@ -259,8 +272,10 @@ EMSCRIPTEN_KEEPALIVE const float *pg_filter_measure(void)
 
 int pg_scene_lights(const pg_stage *stage, const float knobs[PG_KNOBS], pg_lights *out, char *error)
 {
+    const rsm_light *spot = &filter.spot;
     (void)stage;
-    (void)knobs;
-    (void)out;
-    return ex_fail(error, "the page measures itself against every texel of its map");
+    if (knobs[BOUNCED_ALONE] > 0) return ex_fail(error, "a path tracer has bounced light with direct light only");
+    pg_lights_spot(out, spot->position, spot->direction, spot->cone_half_angle, spot->value);
+    out->bounces = 1;
+    return 0;
 }
