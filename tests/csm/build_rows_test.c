@@ -1,6 +1,7 @@
 /* build_rows_test - what csm.h stores: lossless (T59), minimal (T60), one segment for a sphere (T63), orientations
    (T64), orders (T65); bytes that depend on neither threads nor shards nor intrinsics. */
 
+#define COHSM_STATIC
 #define CSM_IMPLEMENTATION
 #include "csm.h"
 

@@ -2,6 +2,7 @@
    built at a quarter and an eighth of each side with half the pixels, the fewest segments when continued by their
    growth. Drawing the views of both orders once changes nothing, nor does the memory that this takes. */
 
+#define COHSM_STATIC
 #define CSM_IMPLEMENTATION
 #include "csm.h"
 

@@ -2,6 +2,7 @@
    filter, instruction set, on shards, scenes and merged maps, and on blocks whose segments do not fit into trays.
    Memory is as documented; what fails leaves nothing behind. */
 
+#define COHSM_STATIC
 #define CSM_IMPLEMENTATION
 #include "csm.h"
 

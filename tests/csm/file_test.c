@@ -2,6 +2,7 @@
    mutations (half with the checksum mended, so that the deeper checks are reached) and then every function on what was
    accepted. Every eighth of them is opened in place as well. */
 
+#define COHSM_STATIC
 #define CSM_IMPLEMENTATION
 #include "csm.h"
 

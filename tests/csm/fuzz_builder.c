@@ -2,6 +2,7 @@
    verify, and open again from a plain and from a packed file. The last bytes choose odd services (kit/odd.h), by which
    the same is built. */
 
+#define COHSM_STATIC
 #define CSM_IMPLEMENTATION
 #include "csm.h"
 #include "use.h"

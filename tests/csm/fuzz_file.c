@@ -3,6 +3,7 @@
    the checks behind it are reached bit 1   the file is packed first, and eight places of the packed form changed as the
    last 32 bytes say. The last three choose odd services (kit/odd.h), by which it is opened as well. */
 
+#define COHSM_STATIC
 #define CSM_IMPLEMENTATION
 #include "csm.h"
 #include "use.h"

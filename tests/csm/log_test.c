@@ -1,7 +1,6 @@
 /* log_test - each call of csm.h that is given a system says in its log why it refuses: one line with function, field,
    value and range; one that succeeds says nothing. */
 
-#define CSM_IMPLEMENTATION
 #include "csm.h"
 
 #include <setjmp.h>

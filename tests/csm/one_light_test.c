@@ -2,6 +2,7 @@
    domain, order, kind of light, filter, layers, layout, instruction set, stride and place in a batch, on shards and in
    scenes; and nothing behind the last point is read. */
 
+#define COHSM_STATIC
 #define CSM_IMPLEMENTATION
 #include "csm.h"
 

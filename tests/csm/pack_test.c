@@ -10,6 +10,7 @@
 #include <string.h>
 #include <cmocka.h>
 
+#define COHSM_STATIC
 #define CSM_IMPLEMENTATION
 #include "csm.h"
 

@@ -1,7 +1,6 @@
 /* places_test - few maps that stand for many: the places that cohsm_places_choose takes, against all choices by brute
    force, and against places that are spread evenly. */
 
-#define CSM_IMPLEMENTATION
 #include "csm.h"
 
 #include <setjmp.h>

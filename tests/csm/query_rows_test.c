@@ -2,6 +2,7 @@
    and inside (T67, T68), filters (T69), cubes (T70), bias (T71), and integrals of visibility with closed forms. Rows
    that GL is put to as well are in csm/rows.h. */
 
+#define COHSM_STATIC
 #define CSM_IMPLEMENTATION
 #include "csm.h"
 

@@ -1,6 +1,7 @@
 /* scene_test - scenes of many instances: whatever their spheres leave out, the answers are the products of what each
    instance answers alone, bit by bit; and the spheres leave out most. */
 
+#define COHSM_STATIC
 #define CSM_IMPLEMENTATION
 #include "csm.h"
 

@@ -1,7 +1,6 @@
 /* segments_test - a builder that is given the segments of all views writes the block that it writes of their layers.
    The segments are found here, pixel by pixel, by equation (1) as the paper has it. */
 
-#define CSM_IMPLEMENTATION
 #include "csm.h"
 
 #include <setjmp.h>

@@ -1,6 +1,7 @@
 /* stream_test - files in place, budgets at opening, and streams of more objects than memory holds. */
 
 #define _DEFAULT_SOURCE
+#define COHSM_STATIC
 #define CSM_IMPLEMENTATION
 #include "csm.h"
 

@@ -1,5 +1,5 @@
 /* use.h - calls every function of csm.h on maps that a file gave, whatever it holds; for the file test and the fuzz
-   targets. Include csm.h with its implementation before. Returns 0 if an answer is out of range. */
+   targets. Include csm.h before. Returns 0 if an answer is out of range. */
 #ifndef CSM_USE_H
 #define CSM_USE_H
 

@@ -2,6 +2,7 @@
    map's energy, wherever jitter moves them. The last bytes choose odd services (kit/odd.h), by which the same
    is made. */
 
+#define ENVLT_STATIC
 #define ENVLIGHTS_IMPLEMENTATION
 #include "envlights.h"
 #include "util.h"

@@ -1,6 +1,7 @@
 /* lights_rows_test - rows T11 to T13 and T15 to T22: weights of texels, energy, seams, bad texels; jitter, follow,
    residual, export. */
 
+#define ENVLT_STATIC
 #define ENVLIGHTS_IMPLEMENTATION
 #include "envlights.h"
 

@@ -1,6 +1,7 @@
 /* errors_test - bad input: a specific error with outputs untouched, or finite
    results. */
 
+#define ENVSH_STATIC
 #define ENVSHADOW_IMPLEMENTATION
 #include "envlights.h"
 #include "envshadow.h"

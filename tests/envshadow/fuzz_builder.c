@@ -1,8 +1,10 @@
 /* fuzz_builder - libFuzzer target: bytes choose a sky, a mesh and a query; shading must be finite and not brighter than
    all lights together. The last bytes choose odd services (kit/odd.h), by which the same is drawn and shaded. */
 
+#define ENVLT_STATIC
 #define ENVLIGHTS_IMPLEMENTATION
 #include "envlights.h"
+#define ENVSH_STATIC
 #define ENVSHADOW_IMPLEMENTATION
 #include "envshadow.h"
 #include "util.h"

@@ -1,5 +1,6 @@
 /* errors_test - bad input: a specific error with outputs untouched; the same bytes from all vector units. */
 
+#define GIFILT_STATIC
 #define GIFILTER_IMPLEMENTATION
 #include "gifilter.h"
 

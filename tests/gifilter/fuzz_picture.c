@@ -2,6 +2,7 @@
    where a pixel shows something, and 0 where it shows nothing. The last bytes choose odd services (kit/odd.h), by which
    the same comes out. */
 
+#define GIFILT_STATIC
 #define GIFILTER_IMPLEMENTATION
 #include "gifilter.h"
 #include "input.h"

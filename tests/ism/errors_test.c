@@ -1,5 +1,6 @@
 /* errors_test - bad input: a specific error with outputs untouched, or finite results; cancelling; descs. */
 
+#define ISM_STATIC
 #define ISM_IMPLEMENTATION
 #include "ism.h"
 

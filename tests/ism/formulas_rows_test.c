@@ -1,6 +1,7 @@
 /* formulas_rows_test - the closed forms that ism.h alone is made of: distributions (T15, T16), sampling of triangles
    (T51), solid angles (T52), dither (T58). */
 
+#define ISM_STATIC
 #define ISM_IMPLEMENTATION
 #include "ism.h"
 

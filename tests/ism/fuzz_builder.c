@@ -2,6 +2,7 @@
    stages, and what comes out must be finite and not negative. The last bytes choose odd services (kit/odd.h), by which
    the same is rendered. */
 
+#define ISM_STATIC
 #define ISM_IMPLEMENTATION
 #include "ism.h"
 #include "input.h"

@@ -2,6 +2,7 @@
    closed form and against doubles; every VPL equal but where a step of the CDF lies within rounding, and those
    counted; a frame that asks GL for nothing. */
 #define _POSIX_C_SOURCE 200809L
+#define ISM_STATIC
 #define ISM_IMPLEMENTATION
 #include "ism.h"
 

@@ -15,7 +15,6 @@
 
 #define GL_ISM_IMPLEMENTATION
 #include "gl_backend/gl_ism.h"
-#define ISM_IMPLEMENTATION
 #include "ism.h"
 
 #include "gl_test.h"

@@ -10,7 +10,6 @@
 
 #include <cmocka.h>
 
-#define ISM_IMPLEMENTATION
 #include "ism.h"
 #include "gl_backend/gl_ism.h"
 

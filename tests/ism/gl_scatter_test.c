@@ -2,7 +2,6 @@
    against formulas of their own, and against ism_scatter for the same random numbers, every surfel equal but where
    the step of a sum lies within rounding, and those counted; a frame that asks GL for nothing. */
 #define _POSIX_C_SOURCE 200809L
-#define ISM_IMPLEMENTATION
 #include "ism.h"
 
 #include <math.h>

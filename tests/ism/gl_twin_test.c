@@ -3,7 +3,6 @@
    by lists and by interleaved pictures; moving meshes and
    renewed points. */
 #define _POSIX_C_SOURCE 200809L
-#define ISM_IMPLEMENTATION
 #include "ism.h"
 
 #include <math.h>
@@ -77,11 +76,13 @@ static stage *stage_open(const ism_desc *desc, int kinds)
             for (k = 0; k < 3; k++) l->axis[k] *= (float)(1 / sqrt(1.25));
         }
         if (kinds && i % 4 == 2) {      /* a direction of a sky */
-            ism__v3 w = ism__v3_normalize(ism__v3_make(util_unit(&seed) - 0.5f, 0.6f, util_unit(&seed) - 0.5f));
+            const float w[3] = { util_unit(&seed) - 0.5f, 0.6f, util_unit(&seed) - 0.5f };
+            const float length = sqrtf(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
             l->directional = 1;
-            ism__v3_store(l->position, w);
-            ism__v3_store(l->normal, ism__v3_scale(w, -1));
-            ism__v3_store(l->axis, ism__v3_scale(w, -1));
+            for (k = 0; k < 3; k++) {
+                l->position[k] = w[k] / length;
+                l->normal[k] = l->axis[k] = -l->position[k];
+            }
         }
     }
     s->frame.mesh = &s->ism;

@@ -1,6 +1,5 @@
 /* log_test.c - what ism.h says when a call fails, and what it takes: 16-bit indices, vectors that are nearly unit,
    progress that never falls. */
-#define ISM_IMPLEMENTATION
 #include "ism.h"
 
 #include <setjmp.h>

@@ -1,6 +1,7 @@
 /* near_test - near points: what they light beside what is known in closed form, their sums to the letter, that
    nothing is lost where they take over, and who has none. */
 
+#define ISM_STATIC
 #define ISM_IMPLEMENTATION
 #include "ism.h"
 

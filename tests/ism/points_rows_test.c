@@ -1,6 +1,7 @@
 /* points_rows_test - surfels and maps: the rows of ism/rows.h, area of an adaptive cloud (T53), lazy renewal (T54, E9),
    solid angles of splats (T48), pull and push (T49). */
 
+#define ISM_STATIC
 #define ISM_IMPLEMENTATION
 #include "ism.h"
 

@@ -1,6 +1,7 @@
 /* sums_test - ism.h beside brute force in double: every effect of a possible VPL, every draw, every point and disc,
    every texel of a map, its pull and push, every light of a pixel. */
 
+#define ISM_STATIC
 #define ISM_IMPLEMENTATION
 #include "ism.h"
 

@@ -1,5 +1,6 @@
 /* window_test - windows of tiles: square and tile are each other's inverse, every texel has its part, discs keep
    their solid angle, what the picture shows lies in the window, which stays where little moves. */
+#define ISM_STATIC
 #define ISM_IMPLEMENTATION
 #include "ism.h"
 

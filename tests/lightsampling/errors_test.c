@@ -1,13 +1,14 @@
 /* errors_test - every refusal of lightsampling.h that a log can hear: the result, nothing written, and one line that
    names function, field, value and range. */
 
-#define LIGHTSAMPLING_IMPLEMENTATION
 #include "lightsampling.h"
 
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdio.h>
+#include <string.h>
 #include <cmocka.h>
 
 static int lines;

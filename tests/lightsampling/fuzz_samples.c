@@ -2,6 +2,7 @@
    with unit directions where there is a receiver, finite weights that are not negative, coordinates in 0..1; calls that
    fail write nothing. */
 
+#define LSAMP_STATIC
 #define LIGHTSAMPLING_IMPLEMENTATION
 #include "lightsampling.h"
 #include <float.h>

@@ -14,6 +14,7 @@
 #ifdef LSAMP_SAMPLING_PRELUDE
 #include "prelude.h"
 #else
+#define LSAMP_STATIC
 #define LIGHTSAMPLING_IMPLEMENTATION
 #include "lightsampling.h"
 #endif

@@ -1,6 +1,7 @@
 /* errors_test - bad input: a specific error with outputs untouched, or finite
    results; threads, cancelling, SIMD, agreement of the ways to the same result. */
 
+#define RSM_STATIC
 #define RSM_IMPLEMENTATION
 #include "rsm.h"
 

@@ -2,6 +2,7 @@
    finite and not negative, flux must add up, and nothing may be read or written out of bounds. The last bytes choose
    odd services (kit/odd.h), by which all results are the same. */
 
+#define RSM_STATIC
 #define RSM_IMPLEMENTATION
 #include "rsm.h"
 #include "input.h"

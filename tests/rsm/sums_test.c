@@ -1,6 +1,7 @@
 /* sums_test - bounced light of rsm.h beside brute force in double: samples of every pattern placed one by one,
    pixel lights summed one by one, section 4's grids pixel by pixel, clusters cut one by one. */
 
+#define RSM_STATIC
 #define RSM_IMPLEMENTATION
 #include "rsm.h"
 

@@ -1,5 +1,6 @@
 /* algebra_rows_test - spherical harmonics and Haar wavelets of shadowfield.h against closed forms: the rows of
    shadowfield/rows.h, and T1 to T8, T13 and T81 of docs/conformance.md as far as only the CPU computes them. */
+#define SFIELD_STATIC
 #define SHADOWFIELD_IMPLEMENTATION
 #include "shadowfield.h"
 #include "util.h"

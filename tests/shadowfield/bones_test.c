@@ -1,7 +1,6 @@
 /* bones_test - articulated figures: bones are entities, which hide themselves from their own points by their
    self-visibility, and the others by their fields. Closed forms of balls first, then rays: joints of capsules, whose
    bounding spheres overlap, and a part that turns. */
-#define SHADOWFIELD_IMPLEMENTATION
 #include "shadowfield.h"
 #include "util.h"
 

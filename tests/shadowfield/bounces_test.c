@@ -1,6 +1,5 @@
 /* bounces_test - one interreflection between bodies: row bounce of docs/conformance.md, patches that face each other
    against their form factor, a lamp over two walls against sums over both, and what stands between them. */
-#define SHADOWFIELD_IMPLEMENTATION
 #include "shadowfield.h"
 #include "util.h"
 

@@ -1,6 +1,7 @@
 /* crowd_test - scenes of many bodies and lamps: what the hierarchy of occluders leaves out, and which lamps lie behind
    all occluders without being asked one by one, changes no bit of light and no count, wherever bodies stand and
    whatever their size. */
+#define SFIELD_STATIC
 #define SHADOWFIELD_IMPLEMENTATION
 #include "shadowfield.h"
 #include "util.h"

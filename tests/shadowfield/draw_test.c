@@ -1,6 +1,7 @@
 /* draw_test - what an eye sees of a mesh, drawn sixteen triangles at a time by every kind of vectors there is, beside
    one that takes a triangle and a sample after the other; the same for rays out of the mesh. Meshes are nasty:
    slivers, flat and doubled triangles, vertices that are no numbers, counts on both sides of 16. All bits are equal. */
+#define SFIELD_STATIC
 #define SHADOWFIELD_IMPLEMENTATION
 #include "shadowfield.h"
 #include "util.h"

@@ -1,9 +1,9 @@
 /* errors_test - every entry point of shadowfield.h with what it must refuse, and degenerate meshes. */
-#define SHADOWFIELD_IMPLEMENTATION
 #include "shadowfield.h"
 #include "util.h"
 #include "use.h"
 
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -366,7 +366,7 @@ static void bad_arguments_of_scenes_are_refused(void **state)
     set.rgb = rgb;
     assert_int_equal(sfield_shade(NULL, &set, 1, NULL), SFIELD_ERR_ARGUMENT);
     assert_int_equal(sfield_shade(s, &set, 1, NULL), SFIELD_OK);
-    assert_true(rgb[0] == 0 && rgb[1] == 0 && sfield__finite(rgb[2]));
+    assert_true(rgb[0] == 0 && rgb[1] == 0 && isfinite(rgb[2]));
     set.entity = 2;
     assert_int_equal(sfield_shade(s, &set, 1, NULL), SFIELD_ERR_INPUT);
     set.entity = 1;

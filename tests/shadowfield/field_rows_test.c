@@ -1,5 +1,6 @@
 /* field_rows_test - fields of shadowfield.h against spheres in closed form and against brute force: rows T14, T72 to
    T77 and T81 (budgets) of docs/conformance.md. */
+#define SFIELD_STATIC
 #define SHADOWFIELD_IMPLEMENTATION
 #include "shadowfield.h"
 #include "util.h"

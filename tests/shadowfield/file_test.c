@@ -1,5 +1,6 @@
 /* file_test - files of shadowfield.h: the same bytes again, every truncation, every header bit, seeded mutations
    and then every query on what was accepted. SFIELD_MUTATIONS: how many (100000). */
+#define SFIELD_STATIC
 #define SHADOWFIELD_IMPLEMENTATION
 #include "shadowfield.h"
 #include "util.h"

@@ -1,6 +1,7 @@
 /* fuzz_builder - libFuzzer target: bytes choose a desc and a mesh; what is built must be usable and open again.
    The last bytes choose odd services (kit/odd.h), by which the same is built, opened and shaded. */
 
+#define SFIELD_STATIC
 #define SHADOWFIELD_IMPLEMENTATION
 #include "shadowfield.h"
 #include "use.h"

@@ -2,6 +2,7 @@
    odd first byte mends the checksum, so that the checks behind it are reached. The file begins at byte 1. Its last
    three bytes choose odd services (kit/odd.h), by which it is opened as well. */
 
+#define SFIELD_STATIC
 #define SHADOWFIELD_IMPLEMENTATION
 #include "shadowfield.h"
 #include "use.h"

@@ -1,6 +1,7 @@
 /* gl_build_test - fields projected on the GPU: texels and coefficients against shadowfield.h's own, closed forms of
    a sphere (T72, T73), whole fields, the caller's draw call; and a GL that fails, is hostile, or lost. */
 #define _POSIX_C_SOURCE 200809L
+#define SFIELD_STATIC
 #define SHADOWFIELD_IMPLEMENTATION
 #include "shadowfield.h"
 

@@ -1,7 +1,6 @@
 /* gloss_test - BRDFs in scenes of shadowfield.h: glTF's metal-rough BRDF beside closed forms, beside numerical
    integration of the same light, its reciprocity, beside a path tracer; the same and Phong's lobe in wavelets; what is
    refused. */
-#define SHADOWFIELD_IMPLEMENTATION
 #include "shadowfield.h"
 #include "util.h"
 

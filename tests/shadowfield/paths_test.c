@@ -1,5 +1,6 @@
 /* paths_test - what shadowfield.h computes in more than one way: with the vectors of each machine and with none,
    and with the samples that neighbours share as with each point's own. The results are the same. */
+#define SFIELD_STATIC
 #define SHADOWFIELD_IMPLEMENTATION
 #include "shadowfield.h"
 #include "util.h"

@@ -1,6 +1,5 @@
 /* placement_test - sample points by measured error: row placement of docs/conformance.md. The bound is kept at places
    that were not measured; at equal memory placed shells beat the paper's and the default's. */
-#define SHADOWFIELD_IMPLEMENTATION
 #include "shadowfield.h"
 #include "util.h"
 

@@ -1,6 +1,5 @@
 /* refuses_test - every argument of every function of shadowfield.h that can be wrong, one at a time, the others
    right; and what is at the edge and allowed. */
-#define SHADOWFIELD_IMPLEMENTATION
 #include "shadowfield.h"
 #include "util.h"
 

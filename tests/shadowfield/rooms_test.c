@@ -1,5 +1,6 @@
 /* rooms_test - lights inside of what hides: row T80 of docs/conformance.md, a lamp in a box-shaped room against the
    closed form, and against the same without the room, to the bit. */
+#define SFIELD_STATIC
 #define SHADOWFIELD_IMPLEMENTATION
 #include "shadowfield.h"
 #include "util.h"

@@ -1,6 +1,7 @@
 /* scene_rows_test - scenes of shadowfield.h: rows T76, T78 to T80 of docs/conformance.md, closed forms of a sphere
    under a uniform sky, the product modes against one another, the lazy cache against fresh results, threads against
    none. */
+#define SFIELD_STATIC
 #define SHADOWFIELD_IMPLEMENTATION
 #include "shadowfield.h"
 #include "util.h"

@@ -1,7 +1,6 @@
 /* service_test - calls of shadowfield.h that build nothing, opening and merging, tell their progress and can be
    cancelled: on files large enough for each to ask several times, of harmonics in one colour, whose channels are
    compared, and of wavelets. */
-#define SHADOWFIELD_IMPLEMENTATION
 #include "shadowfield.h"
 #include "util.h"
 

@@ -1,5 +1,5 @@
 /* use.h - calls every function on a field that was opened from bytes nobody vouches for: results must be finite
-   and in range. Include shadowfield.h with its implementation before. */
+   and in range. Include shadowfield.h before. */
 #ifndef SFIELD_USE_H
 #define SFIELD_USE_H
 
@@ -14,7 +14,7 @@ static inline int use_all_finite(const float *v, size_t n)
 {
     size_t i;
     for (i = 0; i < n; i++)
-        if (!sfield__finite(v[i])) return 0;
+        if (!isfinite(v[i])) return 0;
     return 1;
 }
 

@@ -1,6 +1,5 @@
 /* views_test - fields whose cubes the caller saw: equal to those of sfield_build_callback and _emitter from the
    same texels; windows, logarithms, frames, spheres, and what is refused. */
-#define SHADOWFIELD_IMPLEMENTATION
 #include "shadowfield.h"
 #include "util.h"
 #include "use.h"

@@ -1,5 +1,6 @@
 /* wavelets_test - what scenes of wavelets leave out, which must be nothing that shows, and which wavelets a field
    keeps. */
+#define SFIELD_STATIC
 #define SHADOWFIELD_IMPLEMENTATION
 #include "shadowfield.h"
 #include "util.h"
