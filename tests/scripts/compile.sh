@@ -3,12 +3,13 @@
 # as errors; alone, all together in one file, declarations twice, static mode, implementation in the middle, after
 # system headers that make plain words macros; and what must not compile, whose #error is looked for. Each program calls
 # a function, so that a missing implementation does not link. Every header has PREFIX_result_text.
-# In each compiler's second standard files are read and not translated, but for all headers in one file: what an
-# optimiser or a linker finds does not depend on the standard. gcc finds some faults as it optimises, clang none: it
-# optimises C alone, and without intrinsics nothing; C++ is optimised by gcc as far as these faults need. clang reads static
-# copies and implementations in the middle: it warns of all it knows as it reads, where gcc finds what is never called in
-# the end alone, and that the parts link is a matter of the text. An implementation that several programs link is compiled
-# once. As many builds run side by side as there are processors: a list of jobs, each a line "KIND|COMPILER|LANGUAGE|STANDARD|
+# In each compiler's second standard files are read and not translated: what an optimiser or a linker finds does not
+# depend on the standard. gcc finds some faults as it optimises, clang none: it optimises C alone, and without intrinsics
+# nothing; C++ is optimised by gcc as far as these faults need. g++ and clang read static copies and implementations in
+# the middle, which gcc links: clang warns of all it knows as it reads, where gcc finds what is never called in the end
+# alone, and that the parts link is a matter of the text. gcc translates by -O1 what is static: by -O0 it keeps what nothing
+# calls. An implementation that several programs link is compiled once.
+# As many builds run side by side as there are processors: a list of jobs, each a line "KIND|COMPILER|LANGUAGE|STANDARD|
 # FLAGS|WHAT|OUTPUT|FILES|OBJECTS"; programs with objects come after what compiles these.
 warn='-pedantic -Wall -Wextra -Wshadow -Wconversion -Wsign-conversion -Wdouble-promotion -Wundef -Wcast-qual -Wvla'
 warn="$warn -Werror"
@@ -106,7 +107,7 @@ line() { printf '%s|%s|%s|%s|%s|%s|%s|%s|%s\n' "$@"; }
 first() {
     at=$dir/$1
     mkdir -p "$at/gl_backend"
-    case $1 in clang*) whole=read ;; *) whole=program ;; esac
+    case $1 in gcc) whole=program ;; *) whole=read ;; esac
     line program "$1" "$2" "$3" -O0 'all in one file' "$at/all" "$dir/all.one" '' >> "$dir/jobs"
     for h in $names; do
         off="-DNDEBUG -D$(macro "$(prefix "$h")")_NO_SIMD" with= without=
@@ -114,14 +115,14 @@ first() {
         {
             line object "$1" "$2" "$3" "$4" "$h alone" "$at/$h.o" "$dir/$h.impl" ''
             line object "$1" "$2" "$3" "$5 $off" "$h alone, NDEBUG, no intrinsics" "$at/$h.off.o" "$dir/$h.impl" ''
-            line $whole "$1" "$2" "$3" -O0 "$h static" "$at/$h.static" "$dir/$h.static" ''
+            line $whole "$1" "$2" "$3" -O1 "$h static" "$at/$h.static" "$dir/$h.static" ''
             line $whole "$1" "$2" "$3" -O0 "$h implementation in the middle" "$at/$h.middle" "$dir/$h.middle" ''
             line read "$1" "$2" "$3" '' "$h after windows.h and Xlib.h" '' "$dir/$h.windows" ''
         } >> "$dir/jobs"
         {
             line program "$1" "$2" "$3" '' "$h alone" "$at/$h.use" "$dir/$h.use" "$with"
             line program "$1" "$2" "$3" "$off" "$h alone, NDEBUG, no intrinsics" "$at/$h.off" "$dir/$h.use" "$without"
-            [ $whole = read ] || line program "$1" "$2" "$3" -O0 "$h beside a static copy without intrinsics" "$at/$h.both" \
+            [ $whole = read ] || line program "$1" "$2" "$3" -O1 "$h beside a static copy without intrinsics" "$at/$h.both" \
                 "$dir/$h.other $dir/$h.both" "$with"
         } >> "$dir/links"
     done
@@ -129,7 +130,7 @@ first() {
 # second COMPILER LANGUAGE STANDARD: read only; which functions are static, the order of includes, and plain words that are
 # macros, are the same in both
 second() {
-    line program "$1" "$2" "$3" -O0 'all in one file' "$dir/$1/all2" "$dir/all.one" '' >> "$dir/jobs"
+    line read "$1" "$2" "$3" '' 'all in one file' '' "$dir/all.one" '' >> "$dir/jobs"
     for h in $names; do
         off="-DNDEBUG -D$(macro "$(prefix "$h")")_NO_SIMD"
         line read "$1" "$2" "$3" '' "$h alone" '' "$dir/$h.impl $dir/$h.use" ''

@@ -81,9 +81,10 @@ one() {
     test=tests/$name/bytes.c
     [ -f "tests/$name/core.c" ] && test=tests/$name/core.c
     if ! cmp -s "$header" "$here/core/$header"; then
+        own=$(sh tools/prefix "$header" | tr a-z A-Z)
         also=", prints what the whole header does: $test"
         for where in . "$here/core"; do
-            if ! compile_core "$test" "$where" c99 gcc -O1 -I. -lm -o "$here/program" ||
+            if ! compile_core "$test" "$where" c99 gcc -O1 -D"$own"_STATIC= -I. -lm -o "$here/program" ||
                 ! "$here/program" "$here/file" > "$here/printed$([ "$where" = . ] && echo 0)" 2> "$here/log"; then
                 fail "$test with $where/$header"
             fi

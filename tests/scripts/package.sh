@@ -27,6 +27,8 @@ leave() {
 
 mkdir "$dir/user"
 {
+    # Private copies, of which next to nothing is compiled: the way to the headers is what is tried.
+    for h in $HEADERS; do printf '#define %s_STATIC\n' "$(sh tools/prefix "$h" | tr a-z A-Z)"; done
     for h in $HEADERS; do
         printf '#define %s_IMPLEMENTATION\n#include <%s>\n' "$(basename "$h" .h | tr a-z A-Z)" "$h"
     done
@@ -78,7 +80,7 @@ refused() {
 }
 with_pkg_config() {
     # shellcheck disable=SC2046
-    cc -std=c99 "$dir/user/user.c" $(PKG_CONFIG_PATH="$dir/there/lib/pkgconfig" pkg-config --cflags --libs dapple) -o \
+    cc -std=c99 -O1 "$dir/user/user.c" $(PKG_CONFIG_PATH="$dir/there/lib/pkgconfig" pkg-config --cflags --libs dapple) -o \
         "$dir/with_pc" && "$dir/with_pc" && [ "$(PKG_CONFIG_PATH="$dir/there/lib/pkgconfig" pkg-config --modversion dapple)" = "$VERSION" ]
 }
 staged() {
@@ -90,7 +92,7 @@ uninstalled() {
 }
 from_dist() {
     make -s dist && tar xzf "build/dapple-$VERSION.tar.gz" -C "$dir" && (cd "$dir/dapple-$VERSION" &&
-        cc -std=c99 -I. "$dir/user/user.c" -lm -o "$dir/from_dist" && "$dir/from_dist" && make -s DEPS=0 build/01_csm_minimal &&
+        cc -std=c99 -O1 -I. "$dir/user/user.c" -lm -o "$dir/from_dist" && "$dir/from_dist" && make -s DEPS=0 build/01_csm_minimal &&
         make -n DEPS=0 | grep -q 'build/render')    # what make alone builds
 }
 
@@ -102,6 +104,8 @@ fresh() {       # sudo make install in a fresh copy would leave a build folder o
 
 # The settings of the make that calls this would reach the makes below.
 unset MAKEFLAGS MFLAGS PREFIX INCLUDEDIR LIBDIR DESTDIR
+# For CMake's compilers: without optimisation gcc keeps what nothing calls.
+export CFLAGS=-O1
 check 'make install PREFIX=' make -s install PREFIX="$dir/there"
 check 'make install DESTDIR=' staged
 if command -v pkg-config >/dev/null 2>&1; then check 'pkg-config' with_pkg_config; else leave 'pkg-config' pkg-config; fi
