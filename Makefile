@@ -52,7 +52,8 @@ FLAGS_release  := -O2 -g
 FLAGS_native   := -O2 -g -march=native
 FLAGS_debug    := -O0 -g $(O0)
 FLAGS_dev      := -O0 -g $(O0) -Ibuild/dev/include
-FLAGS_scalar   := -O2 -g $(foreach p,COHSM SFIELD ENVSH RSM ISM LSAMP ENVLT GIFILT GLBK,-D$(p)_NO_SIMD)
+NO_SIMD        := $(foreach p,COHSM SFIELD ENVSH RSM ISM LSAMP ENVLT GIFILT GLBK,-D$(p)_NO_SIMD)
+FLAGS_scalar   := -O2 -g $(NO_SIMD)
 FLAGS_sanitize := -O1 -g $(O0) -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=all
 FLAGS_thread   := -O1 -g -fno-omit-frame-pointer -fsanitize=thread
 FLAGS_coverage := -O0 -g $(O0) --coverage -DNDEBUG -DDAPPLE_COVERAGE
@@ -226,9 +227,19 @@ TEST_LIBS  = $(CMOCKA_LIBS) $(EX_LIBS) $(GLFW_LIBS) $(X11_LIBS) -lm
 $(OBJ)/tests/%.o: tests/%.c build/config.mk
 	@mkdir -p $(@D)
 	$(call say,CC,$<)$(BASE_C) $(TEST_FLAGS) -c $< -o $@
-$(TESTS): $(BUILD)/tests/%: $(OBJ)/tests/%.o $(COMMON)
+# Those of the headers alone link nothing else, so that other configurations need not compile the rest.
+ALONE := $(filter-out tests/programs/% tests/adapter/% tests/gl_backend/%,$(filter-out $(wildcard tests/*/gl_*_test.c),$(wildcard tests/*/*_test.c)))
+ALONE := $(patsubst tests/%.c,$(BUILD)/tests/%,$(shell grep -L '"gl_\|common/\|"common\.h"\|"program\.h"\|"scene\.h"' $(ALONE)))
+$(OBJ)/headers.a: $(patsubst %.h,$(OBJ)/headers/%.o,$(filter-out gl_backend/%,$(HEADERS)))
+	@rm -f $@
+	$(call say,AR,$@)ar rcs $@ $^
+$(filter $(ALONE),$(TESTS)): $(BUILD)/tests/%: $(OBJ)/tests/%.o $(OBJ)/headers.a
+$(filter-out $(ALONE),$(TESTS)): $(BUILD)/tests/%: $(OBJ)/tests/%.o $(COMMON)
+$(TESTS):
 	@mkdir -p $(@D)
 	$(call say,LINK,$@)$(LINK) $^ $(TEST_LIBS) -o $@
+# Without intrinsics one test calls a part of render, on a scene of few bodies: optimising it takes longer than it saves.
+$(OBJ)/examples/%.o: FLAGS_scalar := -O0 -g $(O0) $(NO_SIMD)
 # A figure that walks, by a skin, a morph target and an animation.
 $(BUILD)/walker.glb: $(TOOLS)/assets/walker
 	@mkdir -p $(@D)
