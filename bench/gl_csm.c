@@ -280,7 +280,7 @@ static int measure_render(const bn_options *options, bn_gl *r, const bn_model *m
         (result = glbk_gbuffer_create(&r->gl, &sizes, &seen)) != GLBK_OK || fill_gbuffer(r, &seen, model) != 0)
         result = GLBK_ERR_GL;
     for (int i = 0; i < 2 && result == GLBK_OK; i++) {
-        glbk_csm_use use = { 0, LSAMP_LIGHT_ENVIRONMENT, NULL, COHSM_LIGHT_DIRECTION, 0, 0 };
+        glbk_csm_use use = { 0, LSAMP_LIGHT_ENVIRONMENT, NULL, COHSM_LIGHT_DIRECTION, 0, 0, { 0, 0, 0, 0 } };
         glbk_csm_frame_desc frame;
         double best = HUGE_VAL, since;
         memset(&frame, 0, sizeof frame);
@@ -338,11 +338,6 @@ static void draw(void *user, glbk_context *gl)
     object *o = user;
     gl->gl.BindVertexArray(o->vertex_array);
     gl->gl.DrawElements(GLBK_GL_TRIANGLES, o->indices, GLBK_GL_UNSIGNED_INT, NULL);
-}
-
-static int add(void *user, uint32_t index, const float *z1, const float *z2, const float *z3)
-{
-    return cohsm_builder_add(user, index, z1, z2, z3) != COHSM_OK;
 }
 
 static void upload_object(glbk_context *gl, const bn_model *model, object *o)
@@ -404,9 +399,9 @@ static int measure_build(const bn_options *options, bn_gl *r, const bn_model *mo
         compress += ex_seconds() - t;
     }
     t = ex_seconds();
-    if (result == GLBK_OK)
-        result = glbk_csm_builder_replay(&r->gl, &b, add, views);
-    if (result == GLBK_OK && cohsm_builder_finish(views, &maps, NULL) != COHSM_OK)
+    if (result == GLBK_OK) result = glbk_csm_builder_end(&r->gl, &b);
+    if (result == GLBK_OK && (cohsm_builder_import(views, b.segments, b.segment_count) != COHSM_OK ||
+                              cohsm_builder_finish(views, &maps, NULL) != COHSM_OK))
         result = GLBK_ERR_ALLOC;
     pack = ex_seconds() - t;
     if (result == GLBK_OK) {

@@ -105,11 +105,6 @@ static void view_of(void *user, uint32_t index, cohsm_view *out)
     cohsm_builder_view(((object *)user)->builder, index, out);
 }
 
-static int add(void *user, uint32_t index, const float *z1, const float *z2, const float *z3)
-{
-    return cohsm_builder_add((cohsm_builder *)user, index, z1, z2, z3) != COHSM_OK;
-}
-
 static void say(void *user, const char *message)
 {
     (void)user;
@@ -143,8 +138,9 @@ static cohsm_maps *build(glbk_context *gl, object *o)
         result = glbk_csm_builder_draw(gl, &gpu, from, n);
         if (result == GLBK_OK) result = glbk_csm_builder_compress(gl, &gpu);
     }
-    if (result == GLBK_OK) result = glbk_csm_builder_replay(gl, &gpu, add, o->builder);
-    if (result == GLBK_OK) cohsm_builder_finish(o->builder, &maps, NULL);
+    if (result == GLBK_OK) result = glbk_csm_builder_end(gl, &gpu);
+    if (result == GLBK_OK && cohsm_builder_import(o->builder, gpu.segments, gpu.segment_count) == COHSM_OK)
+        cohsm_builder_finish(o->builder, &maps, NULL);
     glbk_csm_builder_free(gl, &gpu);
     cohsm_builder_free(o->builder);
     return maps;

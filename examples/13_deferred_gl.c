@@ -545,7 +545,7 @@ static glbk_result make_lamp(app *a)
 {
     cohsm_mesh mesh = { vertices[0].position, RING_VERTICES, sizeof *vertices, indices, RING_INDICES,
                         NULL, NULL, NULL };
-    glbk_csm_renderer_desc size = { WIDTH, HEIGHT, 0, 0 };
+    glbk_csm_renderer_desc size = { WIDTH, HEIGHT, 0, 0, NULL };
     glbk_csm_lights_desc lights = { 0 };
     glbk_csm_frame_desc first;
     cohsm_desc desc = { 0 };

@@ -251,8 +251,8 @@ struct glbk_csm_maps {              /* read only; zeroed = none */
 };
 
 /* A light is a lsamp_light_desc, and is refused if lsamp_light_init refuses it. The differences are these:
-   - LSAMP_LIGHT_CALLBACK and emission_fn are refused, too, since GPUs call no functions; LSAMP_LIGHT_SURFACE
-     and LSAMP_TEXELS_LINEAR are for CPUs only.
+   - LSAMP_LIGHT_CALLBACK and emission_fn are refused, too, since GPUs call no functions, unless GLSL of yours
+     stands for them (own).
    - cone_half_angle of a spot may reach pi.
    - A mesh is sampled triangle by triangle, in their order, by area, whereas lightsampling.h cuts it first;
      its places and radius do not matter here. Samples and their coordinates are those of lsamp_sample if the
@@ -267,6 +267,9 @@ typedef struct glbk_csm_lights_desc {
     const float            *patterns;       /* from lsamp_patterns_build; NULL = scrambled (0, 2)-sequences */
     uint32_t                pattern_length; /* S, 1..65536 with patterns, else 0; every light of a frame must
                                                then have S samples */
+    int                     own;            /* not 0: lights may be of LSAMP_LIGHT_CALLBACK or have an
+                                               emission_fn. Neither is called: renderers that draw them have
+                                               GLSL of yours in their place, glbk_csm_renderer_desc.light */
 } glbk_csm_lights_desc;
 
 struct glbk_csm_lights {            /* read only; zeroed = none */
@@ -274,6 +277,7 @@ struct glbk_csm_lights {            /* read only; zeroed = none */
     uint32_t     lobe_count;
     uint32_t     patterns_at;       /* texel of the first pattern */
     uint32_t     pattern_length;
+    int          own;
 };
 
 typedef struct glbk_csm_renderer_desc {
@@ -281,7 +285,23 @@ typedef struct glbk_csm_renderer_desc {
     uint32_t height;
     uint32_t lobe_count;            /* the most lobes of a material, 1..8; 0 = 1 */
     int      patterns;              /* not 0: lights are sampled by patterns, which their table must have */
+    const char *light;              /* GLSL of yours for shapes and emission, see below; NULL = none. It must
+                                       live as long as the renderer */
 } glbk_csm_renderer_desc;
+
+/* Lights by GLSL of your own: a shape of any kind (A of section 5) and emission by place and direction. The
+   text is compiled before the library's main, may declare functions and constants as it likes, and defines
+
+       void glbk_light_point(vec4 own, vec3 x, out vec3 position, out vec3 normal, out float area)
+           what lsamp_shape_fn does: the point of the surface at x in 0..1, the normal of the side that emits
+           (0 0 0: a volume), and d area / dx there. Asked for LSAMP_LIGHT_CALLBACK
+       vec3 glbk_light_emission(vec4 own, vec3 x, vec3 direction)
+           what lsamp_emission_fn does: factors of the radiance that leaves x along the direction, which for a
+           sky points to it. Asked for lights with an emission_fn, whichever function it is
+
+   own are the four numbers of glbk_csm_use: a time, the number of a light, whatever the text wants to know.
+   With the same numbers lightsampling.h draws the same samples by functions that compute the same. A fault in
+   the text comes as GLBK_ERR_COMPILE or GLBK_ERR_LINK from the call that compiles. */
 
 typedef struct glbk_csm_use {           /* a light in a frame */
     uint32_t             start;         /* which light: what glbk_csm_lights_create wrote for it */
@@ -290,6 +310,7 @@ typedef struct glbk_csm_use {           /* a light in a frame */
     cohsm_light_kind     ask;           /* what the samples ask the maps by: direction, position, ... */
     uint32_t             sample_count;  /* S, samples a pixel and frame, 1..65536 */
     uint32_t             seed;          /* of its random numbers; give each light another one */
+    float                own[4];        /* numbers for your GLSL */
 } glbk_csm_use;
 
 #define GLBK_CSM_MAX_PLANES 8u
@@ -332,6 +353,7 @@ struct glbk_csm_renderer {              /* read only; zeroed = none */
     glbk_program resolve;
     uint32_t     lobe_count;            /* of the desc, like patterns, width and height */
     int          patterns;
+    const char  *light;
     uint32_t     width;
     uint32_t     height;
     glbk_texture sums[2];               /* sums[now]: the sum of all frames, GLBK_FORMAT_COLOR */
@@ -421,7 +443,8 @@ GLBK_DEF void glbk_csm_bind(glbk_context *ctx, const glbk_csm_maps *maps, const 
 GLBK_DEF size_t glbk_csm_light_texels(const lsamp_light_desc *desc);
 /* Returns how many texels, of 16 bytes each, a light takes in a table, or 0 if it is refused or desc is NULL.
    This call and the next need no context. They serve renderers on another API, whose shaders have
-   lib/cohsm_light.glsl or a translation of it: examples/06b_csm_own_api.c. This one has no log: the next says
+   lib/cohsm_light.glsl or a translation of it: examples/06b_csm_own_api.c; there LSAMP_LIGHT_CALLBACK and
+   emission_fn are what your shader does with COHSM_OWN_LIGHT. This one has no log: the next says
    why a light is refused. */
 
 GLBK_DEF glbk_result glbk_csm_light_write(const lsamp_light_desc *desc, uint32_t *words);
@@ -493,44 +516,36 @@ GLBK_DEF void glbk_csm_asker_free(glbk_context *ctx, glbk_csm_asker *asker);
 /* ---- building on the GPU ----
 
    A builder of this header draws the layers of views by depth peeling and finds their segments (equation 1).
-   csm.h then writes the block: its cohsm_builder is given layers for each view that keep exactly these
-   segments, so that the bytes are those which it would have made of the layers that were drawn. Views come
-   in batches:
+   csm.h then writes the block from the segments alone; its bytes are those which its builder would have made
+   of the layers that were drawn. Views come in batches:
 
        for (from = 0; from < view_count; from += n) {              // n <= b.batch
            glbk_csm_builder_draw(gl, &b, from, n);
            glbk_csm_builder_compress(gl, &b);
        }
-       glbk_csm_builder_replay(gl, &b, add, user);                 // add calls cohsm_builder_add */
+       glbk_csm_builder_end(gl, &b);
+       cohsm_builder_import(builder, b.segments, b.segment_count);
+       cohsm_builder_finish(builder, &maps, NULL); */
 
 typedef void (*glbk_csm_view_fn)(void *user, uint32_t index, cohsm_view *out);
-/* Writes the camera of a view, as cohsm_builder_view does. The builder reads matrix and depth_scale
-   alone. */
+/* Writes the camera of a view, as cohsm_builder_view does. The builder reads matrix and depth_scale, and of
+   views of positions with COHSM_LAYERS_Z1Z3_SPHERE also location and face. */
 
 typedef void (*glbk_csm_draw_fn)(void *user, glbk_context *ctx);
 /* Draws your object: it binds a vertex array with the position in object space, and draws. It changes neither
    program nor state. */
 
-typedef int (*glbk_csm_add_fn)(void *user, uint32_t index, const float *z1, const float *z2, const float *z3);
-/* Takes the layers of a view, as cohsm_builder_add does. A result other than 0 ends the replay. */
-
 typedef struct glbk_csm_builder_desc {
     const cohsm_desc *maps;             /* the desc that cohsm_builder_create gets; NULL = all defaults. Here
-                                           map_side, layers (COHSM_LAYERS_Z1Z3_SPHERE is refused: csm.h alone
-                                           builds it), depth_bits, open_thickness and self_only count, and
-                                           whether domain is of positions. Views are drawn whole, also for a
-                                           shard */
+                                           map_side, layers, depth_bits, open_thickness and self_only count,
+                                           with COHSM_LAYERS_Z1Z3_SPHERE center and radius, which must be
+                                           above 0, and whether domain is of positions. Views are drawn whole,
+                                           also for a shard */
     glbk_csm_view_fn  view_fn;          /* required, like draw_fn */
     glbk_csm_draw_fn  draw_fn;
     void             *user;             /* given to both */
     glbk_attributes   attributes;       /* of your object: position counts, all zero = 0 */
 } glbk_csm_builder_desc;                /* maps is read until glbk_csm_builder_create returns */
-
-typedef struct glbk_csm_segment {       /* private: of one pixel */
-    uint32_t first;                     /* the view that it begins with */
-    uint32_t pixel;
-    uint32_t value;                     /* lo | hi << 8 on the grid of depths, or an exact depth | 1 << 16 */
-} glbk_csm_segment;
 
 typedef struct glbk_csm_builder {       /* read only; zeroed = none */
     uint32_t              batch;        /* the most views that are drawn at once, a power of two */
@@ -545,6 +560,9 @@ typedef struct glbk_csm_builder {       /* read only; zeroed = none */
     float                 open_thickness;
     int                   positional;
     int                   self_only;
+    int                   sphere;
+    float                 center[3], radius;
+    float                 eyes[64][4];  /* of the views drawn last: see glbk_csm_peel */
     glbk_csm_view_fn      view_fn;
     glbk_csm_draw_fn      draw_fn;
     void                 *user;
@@ -563,7 +581,8 @@ typedef struct glbk_csm_builder {       /* read only; zeroed = none */
     int                   compute;
     uint32_t             *words;        /* what was read back */
     uint32_t             *firsts;       /* the first view of the open segment of each pixel */
-    glbk_csm_segment     *segments;
+    cohsm_segment        *segments;     /* not private: after glbk_csm_builder_end all of them, in the order
+                                           that cohsm_builder_import wants, until the builder is freed */
     size_t                segment_count;
     size_t                segment_room;
 } glbk_csm_builder;
@@ -591,14 +610,12 @@ GLBK_DEF glbk_result glbk_csm_builder_compress(glbk_context *ctx, glbk_csm_build
             were drawn, others come next, or they lie on both sides of a multiple of 65,536. GLBK_ERR_ALLOC,
             and those of glbk_target_read and glbk_buffer_read */
 
-GLBK_DEF glbk_result glbk_csm_builder_replay(glbk_context *ctx, glbk_csm_builder *builder,
-                                             glbk_csm_add_fn add_fn, void *user);
-/* Gives layers of all compressed views to add_fn, one view after the other. Call it once, after the last
-   view. In the cohsm_stats of such a build empty_intervals and open_entries mean nothing, since csm.h does
-   not see the layers that were drawn.
-   Memory   12 bytes a segment more, 8 bytes a view and 12 map_side^2 bytes while it runs
+GLBK_DEF glbk_result glbk_csm_builder_end(glbk_context *ctx, glbk_csm_builder *builder);
+/* Ends the segments that are open. Call it once, after the last view: builder->segments are complete then. In
+   the cohsm_stats of such a build empty_intervals and open_entries mean nothing, since csm.h does not see the
+   layers.
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or the builder was not created. GLBK_ERR_ORDER: no view was
-            compressed. GLBK_ERR_CANCELLED: add_fn returned something other than 0. GLBK_ERR_ALLOC */
+            compressed. GLBK_ERR_ALLOC */
 
 GLBK_DEF void glbk_csm_builder_free(glbk_context *ctx, glbk_csm_builder *builder);
 /* Deletes the builder's objects of GL, frees its memory and zeroes the struct. NULL is allowed. */
@@ -661,6 +678,7 @@ GLBK_DEF void glbk_csm_builder_free(glbk_context *ctx, glbk_csm_builder *builder
     X(uint, adds, 1)                /* 0: the sum begins with this pass */                      \
     X(float, frame_share, 1)        /* resolve: 1 / frames in the sum; 0: there are none */     \
     X(vec4, eye, 1)                 /* world; w is not used */                                  \
+    X(vec4, own, 1)                 /* numbers for GLSL of the user's */                        \
     X(vec4, planes, 8)              /* unit normal, distance from the origin */
 
 #ifndef GLBK_CSM_WITHOUT_BUILD
@@ -678,7 +696,10 @@ GLBK_DEF void glbk_csm_builder_free(glbk_context *ctx, glbk_csm_builder *builder
     X(uint, far_layer, 1)           /* not 0: COHSM_LAYERS_Z1Z3_FAR */                          \
     X(uint, positional, 1)          /* not 0: perspective views */                              \
     X(uint, self_only, 1)           /* as in cohsm_desc */                                      \
-    X(uint, pad0, 1) X(uint, pad1, 1)
+    X(uint, sphere, 1)              /* not 0: COHSM_LAYERS_Z1Z3_SPHERE */                       \
+    X(uint, pad0, 1)                                                                            \
+    X(vec4, eyes, 64)               /* of each view: place along the axes of its face, in radii about the \
+                                       sphere; a radius in depths */
 
 #define GLBK_CSM_BUILD_BLOCKS(X) X(glbk_csm_peel, 3, GLBK_CSM_PEEL_MEMBERS)
 #else
@@ -1183,7 +1204,7 @@ static const struct { char facts[34];
 };
 
 static const struct { char facts[63];
-    char s0[2739]; char end; } glbk__glsl_lib_cohsm_estimate_glsl GLBK__TIGHT = {
+    char s0[2737]; char end; } glbk__glsl_lib_cohsm_estimate_glsl GLBK__TIGHT = {
     "lib/cohsm_estimate.glsl\0" "cohsm_random cohsm_brdf cohsm_light" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\n\n\n\n#define COHSM_SAMPLING_BOTH 0\n"
@@ -1216,7 +1237,7 @@ static const struct { char facts[63];
     "u.xy=cohsm_sobol2(index,key);\n"
     "#endif\n"
     "u.z=.0;\n"
-    "if(COHSM_SHAPE_OF(e.light)==COHSM_SHAPE_MESH)u.z=cohsm_random(key,0x9e3779b9u,index);\n"
+    "if(COHSM_SHAPE_OF(e.light)>=COHSM_SHAPE_OWN)u.z=cohsm_random(key,0x9e3779b9u,index);\n"
     "return u;\n"
     "}\n"
     "\n\ncohsm_estimator cohsm_estimator_at(cohsm_surface surface,const cohsm_light light,vec3 position,\n"
@@ -1229,7 +1250,7 @@ static const struct { char facts[63];
     "e.surface=surface;\n"
     "e.light=light;\n"
     "e.reachable=cohsm_aim_at(light,position,e.aim)&&!surface.black;\n"
-    "bool unseen=cohsm_light_is_delta(light)||COHSM_SHAPE_OF(light)==COHSM_SHAPE_MESH;\n"
+    "bool unseen=cohsm_light_is_delta(light)||COHSM_SHAPE_OF(light)>=COHSM_SHAPE_OWN;\n"
     "bool distant=COHSM_SHAPE_OF(light)==COHSM_SHAPE_ENVIRONMENT;\n"
     "e.split=distant&&sampling==COHSM_SAMPLING_PAPER;\n"
     "e.light_share=1.;\n"
@@ -1272,11 +1293,11 @@ static const struct { char facts[63];
 };
 
 static const struct { char facts[46];
-    char s0[3971]; char s1[3984]; char s2[3990];
-    char s3[1196]; char end; } glbk__glsl_lib_cohsm_light_glsl GLBK__TIGHT = {
+    char s0[3970]; char s1[3995]; char s2[3943];
+    char s3[3356]; char end; } glbk__glsl_lib_cohsm_light_glsl GLBK__TIGHT = {
     "lib/cohsm_light.glsl\0" "cohsm_math cohsm_octa" "\0" "" "\0"
     "" "\0" "",
-    "\n\n\n\n\n\n\n\n#ifndef COHSM_LIGHT_TEXEL\n"
+    "\n\n\n\n\n\n\n\n\n#ifndef COHSM_LIGHT_TEXEL\n"
     "#error \"cohsm_light: COHSM_LIGHT_TEXEL(i), texel i of the lights\"\n"
     "#endif\n"
     "\n#define COHSM_SHAPE_ENVIRONMENT 1u\n"
@@ -1287,7 +1308,13 @@ static const struct { char facts[46];
     "#define COHSM_SHAPE_RECTANGLE 6u\n"
     "#define COHSM_SHAPE_DISC 7u\n"
     "#define COHSM_SHAPE_SPHERE 8u\n"
+    "#define COHSM_SHAPE_OWN 9u\n"
     "#define COHSM_SHAPE_MESH 10u\n"
+    "#define COHSM_SHAPE_SURFACE 11u\n"
+    "#ifdef COHSM_OWN_LIGHT\n"
+    "void glbk_light_point(vec4 own,vec3 x,out vec3 position,out vec3 normal,out float area);\n"
+    "vec3 glbk_light_emission(vec4 own,vec3 x,vec3 direction);\n"
+    "#endif\n"
     "#ifdef COHSM_ONE_SHAPE\n"
     "#define COHSM_SHAPE_OF(l) uint(COHSM_ONE_SHAPE)\n"
     "#else\n"
@@ -1300,7 +1327,7 @@ static const struct { char facts[46];
     "uint width;\n"
     "uint height;\n"
     "uint flags;\n"
-    "uint texels_at;\n"
+    "\nuint texels_at;\n"
     "uint sums_at;\n"
     "uint triangles_at;\n"
     "uint triangle_count;\n"
@@ -1311,7 +1338,7 @@ static const struct { char facts[46];
     "vec3 u;\n"
     "vec3 v;\n"
     "vec3 radiance;\n"
-    "vec3 tint;\n"
+    "vec4 own;\n"
     "float radius,\n"
     "lx,\n"
     "ly,\n"
@@ -1337,13 +1364,14 @@ static const struct { char facts[46];
     "vec3 radiance;\n"
     "float pdf;\n"
     "};\n"
+    "\n\nvec4 cohsm_floats(uint i){return uintBitsToFloat(COHSM_LIGHT_TEXEL(i));}\n"
     "\n\ncohsm_light cohsm_light_open(uint base)\n"
     "{\n"
     "cohsm_light l;\n"
     "uvec4 a=COHSM_LIGHT_TEXEL(base),b=COHSM_LIGHT_TEXEL(base+1u);\n"
-    "vec4 c=uintBitsToFloat(COHSM_LIGHT_TEXEL(base+2u)),d=uintBitsToFloat(COHSM_LIGHT_TEXEL(base+3u));\n"
-    "vec4 e=uintBitsToFloat(COHSM_LIGHT_TEXEL(base+4u)),f=uintBitsToFloat(COHSM_LIGHT_TEXEL(base+5u));\n"
-    "vec4 g=uintBitsToFloat(COHSM_LIGHT_TEXEL(base+6u)),h=uintBitsToFloat(COHSM_LIGHT_TEXEL(base+7u));\n"
+    "vec4 c=cohsm_floats(base+2u),d=cohsm_floats(base+3u);\n"
+    "vec4 e=cohsm_floats(base+4u),f=cohsm_floats(base+5u);\n"
+    "vec4 g=cohsm_floats(base+6u),h=cohsm_floats(base+7u);\n"
     "l.base=base;\n"
     "l.shape=a.x;\n"
     "l.width=a.y;\n"
@@ -1363,12 +1391,12 @@ static const struct { char facts[46];
     "l.area=f.w;\n"
     "l.radiance=g.xyz;\n"
     "l.cos_cone=g.w;\n"
-    "l.tint=h.xyz;\n"
+    "l.own=vec4(.0);\n"
     "l.turn=h.w;\n"
-    "c=uintBitsToFloat(COHSM_LIGHT_TEXEL(base+8u));\n"
+    "c=cohsm_floats(base+8u);\n"
     "l.u=c.xyz;\n"
     "l.cosine_power=c.w;\n"
-    "l.v=uintBitsToFloat(COHSM_LIGHT_TEXEL(base+9u)).xyz;\n"
+    "l.v=cohsm_floats(base+9u).xyz;\n"
     "return l;\n"
     "}\n"
     "\nbool cohsm_light_textured(const cohsm_light l){return(l.flags&1u)!=0u;}\n"
@@ -1377,18 +1405,26 @@ static const struct { char facts[46];
     "return COHSM_SHAPE_OF(l)>=COHSM_SHAPE_SUN&&COHSM_SHAPE_OF(l)<=COHSM_SHAPE_SPOT;\n"
     "}\n"
     "\n\nuint cohsm_index(float x,uint count){return min(uint(x*float(count)),count-1u);}\n"
-    "\n\nvec3 cohsm_light_texel(const cohsm_light l,uint x,uint y)\n"
+    "\n\nvec4 cohsm_light_texel(const cohsm_light l,uint x,uint y)\n"
     "{\n"
-    "if(!cohsm_light_textured(l))return vec3(1.);\n"
-    "return uintBitsToFloat(COHSM_LIGHT_TEXEL(l.texels_at+y*l.width+x)).xyz;\n"
+    "return cohsm_floats(l.texels_at+y*l.width+x);\n"
     "}\n"
-    "\nvec3 cohsm_texel_at(const cohsm_light l,vec2 x)\n"
+    "\n\n\nvec4 cohsm_texel_at(const cohsm_light l,vec2 x)\n"
     "{\n"
-    "return cohsm_light_texel(l,cohsm_index(x.x,l.width),cohsm_index(x.y,l.height));\n"
-    "}\n"
-    "\n\nfloat cohsm_density(const cohsm_light l,vec2 x)\n"
-    "{\n"
-    "return cohsm_light_textured(l)?dot(cohsm_texel_at(l,x),l.tint):1.;\n"
+    "if(!cohsm_light_textured(l))return vec4(1.);\n"
+    "uint i=cohsm_index(x.x,l.width),j=cohsm_index(x.y,l.height);\n"
+    "vec4 a=cohsm_light_texel(l,i,j);\n"
+    "if((l.flags&4u)==0u)return a;\n"
+    "vec2 f=vec2(x.x*float(l.width)-(float(i)+.5),x.y*float(l.height)-(float(j)+.5));\n"
+    "bool round_about=(l.flags&8u)!=0u;\n"
+    "uint before=cohsm_if(i>0u,i-1u,cohsm_if(round_about,l.width-1u,0u));\n"
+    "uint after=cohsm_if(i+1u<l.width,i+1u,cohsm_if(round_about,0u,i));\n"
+    "uint i2=f.x<.0?before:after;\n"
+    "uint j2=cohsm_if(f.y<.0,max(j,1u)-1u,min(j+1u,l.height-1u));\n"
+    "f=abs(f);\n"
+    "vec3 row=a.xyz*(1.-f.x)+cohsm_light_texel(l,i2,j).xyz*f.x;\n"
+    "vec3 other=cohsm_light_texel(l,i,j2).xyz*(1.-f.x)+cohsm_light_texel(l,i2,j2).xyz*f.x;\n"
+    "return vec4(row*(1.-f.y)+other*f.y,a.w);\n"
     "}\n"
     "\n\n\n\nuint cohsm_invert(uint at,uint count,float u,out float fraction)\n"
     "{\n"
@@ -1396,14 +1432,14 @@ static const struct { char facts[46];
     "uint lo=t.z,hi=t.w;\n"
     "while(hi-lo>1u){\n"
     "uint middle=lo+(hi-lo)/2u;\n"
-    "bool later=uintBitsToFloat(COHSM_LIGHT_TEXEL(at+middle).x)<=u;\n"
+    "bool later=cohsm_floats(at+middle).x<=u;\n"
     "lo=later?middle:lo;\n"
     "hi=later?hi:middle;\n"
     "}\n"
-    "vec2 sums=uintBitsToFloat(COHSM_LIGHT_TEXEL(at+lo).xy);\n"
-    "while(lo+1u<count&&sums.y<=u)sums=uintBitsToFloat(COHSM_LIGHT_TEXEL(at+ ++lo).xy);\n"
+    "vec2 sums=cohsm_floats(at+lo).xy;\n"
+    "while(lo+1u<count&&sums.y<=u)sums=cohsm_floats(at+ ++lo).xy;\n"
     "while(lo>0u&&(sums.x>u||!(sums.y>sums.x)))\n"
-    "sums=uintBitsToFloat(COHSM_LIGHT_TEXEL(at+--lo).xy);\n"
+    "sums=cohsm_floats(at+--lo).xy;\n"
     "fraction=cohsm_clamp_unit((u-sums.x)/(sums.y-sums.x));\n"
     "return lo;\n"
     "}\n"
@@ -1414,7 +1450,7 @@ static const struct { char facts[46];
     "return uvec2(x,y);\n"
     "}\n"
     "\n\nvec2 cohsm_pick_coords(const cohsm_light l,vec2 u)\n"
-    "{\n"
+    "{\n",
     "if(!cohsm_light_textured(l))return u;\n"
     "vec2 inside;\n"
     "uvec2 cell=cohsm_pick_cell(l,u,inside);\n"
@@ -1425,9 +1461,15 @@ static const struct { char facts[46];
     "{\n"
     "e.radiance=l.radiance*texel;\n"
     "if(l.cosine_power>.0)e.radiance*=cohsm_pow(cosine,l.cosine_power);\n"
+    "#ifdef COHSM_OWN_LIGHT\n"
+    "if((l.flags&32u)!=0u){\n"
+    "vec3 away=cohsm_if(COHSM_SHAPE_OF(l)==COHSM_SHAPE_ENVIRONMENT,e.direction,-e.direction);\n"
+    "e.radiance*=max(glbk_light_emission(l.own,e.coords,away),vec3(.0));\n"
+    "}\n"
+    "#endif\n"
     "return cohsm_finite3(e.radiance)&&e.radiance.x+e.radiance.y+e.radiance.z>.0;\n"
-    "}\n",
-    "\n\n\nbool cohsm_emit_area(const cohsm_light l,const cohsm_aim a,vec3 q,vec3 n,vec2 x,float area_pdf,\n"
+    "}\n"
+    "\n\n\n\nbool cohsm_emit_area(const cohsm_light l,const cohsm_aim a,vec3 q,vec3 n,vec2 x,float area_pdf,\n"
     "inout cohsm_emission e)\n"
     "{\n"
     "vec3 d=q-a.p;\n"
@@ -1435,23 +1477,29 @@ static const struct { char facts[46];
     "if(!(range>.0)||!cohsm_finite(square))return false;\n"
     "vec3 w=d*(1./range);\n"
     "float cosine=-dot(n,w);\n"
+    "#ifdef COHSM_OWN_LIGHT\n"
+    "cosine=n==vec3(.0)?1.:cosine;\n"
+    "#endif\n"
     "if(!(cosine>1e-7))return false;\n"
     "cosine=min(cosine,1.);\n"
     "e.coords.xy=vec2(cohsm_clamp_unit(x.x),cohsm_clamp_unit(x.y));\n"
     "e.range=range;\n"
-    "e.pdf=cohsm_if(a.solid_pdf>.0,a.solid_pdf,area_pdf*square/cosine);\n"
+    "vec4 texel=cohsm_texel_at(l,x);\n"
+    "e.pdf=cohsm_if(a.solid_pdf>.0,a.solid_pdf,texel.w*area_pdf*square/cosine);\n"
     "e.direction=w;\n"
-    "return cohsm_emit(l,cohsm_texel_at(l,x),cosine,e);\n"
+    "return cohsm_emit(l,texel.xyz,cosine,e);\n"
     "}\n"
     "\n\n\n\nbool cohsm_environment_found(const cohsm_light l,uvec2 cell,vec2 x,vec3 w,inout cohsm_emission e)\n"
     "{\n"
-    "vec3 texel=cohsm_light_texel(l,cell.x,cell.y);\n"
+    "vec4 texel=cohsm_light_texel(l,cell.x,cell.y);\n"
+    "if((l.flags&4u)!=0u)\n"
+    "texel.xyz=cohsm_texel_at(l,vec2(cohsm_clamp_unit(x.x),cohsm_clamp_unit(x.y))).xyz;\n"
     "x.x-=l.turn;\n"
     "e.coords.xy=vec2(cohsm_clamp_unit(x.x-floor(x.x)),cohsm_clamp_unit(x.y));\n"
     "e.range=COHSM_INFINITY;\n"
-    "e.pdf=dot(texel,l.tint);\n"
+    "e.pdf=texel.w;\n"
     "e.direction=w;\n"
-    "return cohsm_emit(l,texel,1.,e)&&e.pdf>.0;\n"
+    "return cohsm_emit(l,texel.xyz,1.,e)&&e.pdf>.0;\n"
     "}\n"
     "\n\nfloat cohsm_row_edge(uint y,uint h)\n"
     "{\n"
@@ -1508,7 +1556,7 @@ static const struct { char facts[46];
     "return(vec2(x,y)-a.edges.xz)/(a.edges.yw-a.edges.xz);\n"
     "}\n"
     "\n\nbool cohsm_aim_at(const cohsm_light l,vec3 p,out cohsm_aim a)\n"
-    "{\n"
+    "{\n",
     "vec3 d=l.origin-p;\n"
     "float r=l.radius;\n"
     "a=cohsm_aim(p,vec3(.0),.0,.0,.0,.0,vec4(.0),vec4(.0));\n"
@@ -1537,7 +1585,7 @@ static const struct { char facts[46];
     "d=l.n*s-d;\n"
     "a.range=sqrt(dot(d,d));\n"
     "if(!(a.range>r))return false;\n"
-    "a.axis=d*(1./a.range);\n",
+    "a.axis=d*(1./a.range);\n"
     "a.spread=cohsm_safe_sqrt(1.-(r/a.range)*(r/a.range));\n"
     "vec2 ends=vec2(s,s+l.lx);\n"
     "ends/=sqrt(a.range*a.range+ends*ends);\n"
@@ -1550,14 +1598,13 @@ static const struct { char facts[46];
     "float cosine=cohsm_safe_sqrt(1.-sine*sine);\n"
     "vec3 n=a.axis*cosine+cross(l.n,a.axis)*sine;\n"
     "vec3 q=(l.origin+l.n*(x*l.lx))+n*l.radius;\n"
-    "return cohsm_emit_area(l,a,q,n,vec2(x,.0),\n"
-    "cohsm_density(l,vec2(x,.0))*cosine/(2.*a.spread*l.radius*l.lx),e);\n"
+    "return cohsm_emit_area(l,a,q,n,vec2(x,.0),cosine/(2.*a.spread*l.radius*l.lx),e);\n"
     "}\n"
     "\n\nbool cohsm_sphere_at(const cohsm_light l,const cohsm_aim a,vec3 n,inout cohsm_emission e)\n"
     "{\n"
     "vec2 x=vec2(cohsm_clamp_unit(.5+cohsm_atan2(n.z,n.x)/(2.*COHSM_PI)),\n"
     "cohsm_clamp_unit(.5*(1.-n.y)));\n"
-    "return cohsm_emit_area(l,a,l.origin+n*l.radius,n,x,cohsm_density(l,x)/l.area,e);\n"
+    "return cohsm_emit_area(l,a,l.origin+n*l.radius,n,x,1./l.area,e);\n"
     "}\n"
     "\nbool cohsm_sphere_draw(const cohsm_light l,const cohsm_aim a,vec2 u,inout cohsm_emission e)\n"
     "{\n"
@@ -1593,31 +1640,65 @@ static const struct { char facts[46];
     "}\n"
     "return cohsm_emit(l,vec3(scale),1.,e);\n"
     "}\n"
+    "\n\nvec3 cohsm_light_corner(const cohsm_light l,uint i){return cohsm_floats(l.triangles_at+i).xyz;}\n"
     "\n\n\nbool cohsm_mesh_draw(const cohsm_light l,const cohsm_aim a,vec3 u,inout cohsm_emission e)\n"
     "{\n"
     "uint lo=0u,hi=l.triangle_count-1u;\n"
     "while(lo<hi){\n"
     "uint middle=(lo+hi)/2u;\n"
-    "bool later=uintBitsToFloat(COHSM_LIGHT_TEXEL(l.triangles_at+3u*middle).w)<=u.x;\n"
+    "bool later=cohsm_floats(l.triangles_at+3u*middle).w<=u.x;\n"
     "lo=cohsm_if(later,middle+1u,lo);\n"
     "hi=later?hi:middle;\n"
     "}\n"
-    "vec3 v0=uintBitsToFloat(COHSM_LIGHT_TEXEL(l.triangles_at+3u*lo).xyz);\n"
-    "vec3 v1=uintBitsToFloat(COHSM_LIGHT_TEXEL(l.triangles_at+3u*lo+1u).xyz);\n"
-    "vec3 v2=uintBitsToFloat(COHSM_LIGHT_TEXEL(l.triangles_at+3u*lo+2u).xyz);\n"
+    "lo*=3u;\n"
+    "vec3 v0=cohsm_light_corner(l,lo),v1=cohsm_light_corner(l,lo+1u);\n"
+    "vec3 v2=cohsm_light_corner(l,lo+2u);\n"
     "float root=sqrt(u.y),c=root*u.z;\n"
     "vec3 q=v0*(1.-root)+v1*(root*(1.-u.z))+v2*c;\n"
     "e.coords.z=u.z;\n"
-    "return cohsm_emit_area(l,a,q,cohsm_normalize(cross(v1-v0,v2-v0)),u.xy,1./l.area,e);\n"
+    "vec3 n=cohsm_normalize(cross(v1-v0,v2-v0));\n"
+    "return cohsm_emit_area(l,a,q,n,u.xy,1./l.area,e);\n"
+    "}\n"
+    "\n\n\nvoid cohsm_surface_point(const cohsm_light l,vec2 x,out vec3 q,out vec3 n,out float area)\n"
+    "{\n"
+    "uint width=l.triangle_count&0xffffu,rows=(l.triangle_count>>16)-1u;\n"
+    "uint columns=cohsm_if((l.flags&16u)!=0u,width,width-1u);\n"
+    "uint i=cohsm_index(x.x,columns),j=cohsm_index(x.y,rows);\n"
+    "uint next=cohsm_if(i+1u<width,i+1u,0u),at=j*width;\n"
+    "vec2 f=vec2(x.x*float(columns)-float(i),x.y*float(rows)-float(j));\n"
+    "vec3 p0=cohsm_light_corner(l,at+i),p1=cohsm_light_corner(l,at+next);\n",
+    "vec3 p2=cohsm_light_corner(l,at+width+i),p3=cohsm_light_corner(l,at+width+next);\n"
+    "vec3 along=(p1-p0)*(1.-f.y)+(p3-p2)*f.y;\n"
+    "vec3 across=(p2-p0)*(1.-f.x)+(p3-p1)*f.x;\n"
+    "q=(p0+(p1-p0)*f.x)+across*f.y;\n"
+    "n=cross(along*float(columns),across*float(rows));\n"
+    "area=sqrt(dot(n,n));\n"
+    "}\n"
+    "\n\nbool cohsm_shape_draw(const cohsm_light l,const cohsm_aim a,vec3 u,inout cohsm_emission e)\n"
+    "{\n"
+    "vec2 x=cohsm_pick_coords(l,u.xy);\n"
+    "vec3 q,n;\n"
+    "float area;\n"
+    "e.coords=vec3(x,u.z);\n"
+    "#ifdef COHSM_OWN_LIGHT\n"
+    "if(COHSM_SHAPE_OF(l)==COHSM_SHAPE_OWN)glbk_light_point(l.own,e.coords,q,n,area);\n"
+    "else cohsm_surface_point(l,x,q,n,area);\n"
+    "#else\n"
+    "cohsm_surface_point(l,x,q,n,area);\n"
+    "#endif\n"
+    "if(!cohsm_finite3(q)||!cohsm_finite3(n)||!cohsm_finite(area)||!(area>.0))return false;\n"
+    "if(dot(n,n)>.0)n=cohsm_normalize(n);\n"
+    "return cohsm_emit_area(l,a,q,n,x,1./area,e);\n"
     "}\n"
     "\n\n\nbool cohsm_light_draw(const cohsm_light l,const cohsm_aim a,vec3 u,out cohsm_emission e)\n"
     "{\n"
     "e=cohsm_emission(vec3(.0),.0,vec3(.0),vec3(.0),.0);\n"
     "if(COHSM_SHAPE_OF(l)==COHSM_SHAPE_ENVIRONMENT)return cohsm_environment_draw(l,u.xy,e);\n"
-    "if(COHSM_SHAPE_OF(l)>=COHSM_SHAPE_SUN&&COHSM_SHAPE_OF(l)<=COHSM_SHAPE_SPOT)\n"
-    "return cohsm_delta_draw(l,a,e);\n"
+    "if(cohsm_light_is_delta(l))return cohsm_delta_draw(l,a,e);\n"
     "if(COHSM_SHAPE_OF(l)==COHSM_SHAPE_SPHERE)return cohsm_sphere_draw(l,a,u.xy,e);\n"
     "if(COHSM_SHAPE_OF(l)==COHSM_SHAPE_MESH)return cohsm_mesh_draw(l,a,u,e);\n"
+    "if(COHSM_SHAPE_OF(l)==COHSM_SHAPE_SURFACE||COHSM_SHAPE_OF(l)==COHSM_SHAPE_OWN)\n"
+    "return cohsm_shape_draw(l,a,u,e);\n"
     "vec2 x=a.solid_pdf>.0?cohsm_rectangle_pick(a,u.xy):cohsm_pick_coords(l,u.xy);\n"
     "if(COHSM_SHAPE_OF(l)==COHSM_SHAPE_LINE)\n"
     "return cohsm_line_at(l,a,x.x,(2.*u.y-1.)*a.spread,e);\n"
@@ -1627,7 +1708,7 @@ static const struct { char facts[46];
     "q=l.origin+(l.ex*p.x+l.ey*p.y)*l.radius;\n"
     "}else\n"
     "q=l.origin+(l.u*x.x+l.v*x.y);\n"
-    "return cohsm_emit_area(l,a,q,l.n,x,cohsm_density(l,x)/l.area,e);\n"
+    "return cohsm_emit_area(l,a,q,l.n,x,1./l.area,e);\n"
     "}\n"
     "\n\nbool cohsm_plane_hit(const cohsm_light l,const cohsm_aim a,vec3 w,inout cohsm_emission e)\n"
     "{\n"
@@ -1641,8 +1722,8 @@ static const struct { char facts[46];
     "if(!(x.x*x.x+x.y*x.y<1.))return false;\n"
     "x=cohsm_disc_square(x);\n"
     "}else if(!(x.x>=.0&&x.x<1.&&x.y>=.0&&x.y<1.))\n"
-    "return false;\n",
-    "return cohsm_emit_area(l,a,l.origin+d,l.n,x,cohsm_density(l,x)/l.area,e);\n"
+    "return false;\n"
+    "return cohsm_emit_area(l,a,l.origin+d,l.n,x,1./l.area,e);\n"
     "}\n"
     "\n\nbool cohsm_round_hit(const cohsm_light l,const cohsm_aim a,vec3 w,inout cohsm_emission e)\n"
     "{\n"
@@ -2655,7 +2736,7 @@ static const struct { char facts[26];
 };
 
 static const struct { char facts[47];
-    char s0[1816]; char end; } glbk__glsl_lib_csm_compress_glsl GLBK__TIGHT = {
+    char s0[2482]; char end; } glbk__glsl_lib_csm_compress_glsl GLBK__TIGHT = {
     "lib/csm_compress.glsl\0" "csm_bindings csm_peel" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\nstruct csm_open{\n"
@@ -2682,13 +2763,30 @@ static const struct { char facts[47];
     "float z=uintBitsToFloat(bits);\n"
     "return z<=1.?uint(clamp(z*65533.,.0,65533.)):65535u;\n"
     "}\n"
-    "\n\nuvec2 csm_interval(ivec2 at)\n"
+    "\n\nuint csm_leave(ivec2 pixel,uint view)\n"
+    "{\n"
+    "vec2 p=(vec2(pixel)+.5)/float(glbk_csm_peel.side)*2.-1.;\n"
+    "if(glbk_csm_peel.positional==0u){\n"
+    "float square=1.-p.x*p.x-p.y*p.y;\n"
+    "return csm_depth16(floatBitsToUint(.5+.5*sqrt(square>.0?square:.0)));\n"
+    "}\n"
+    "vec4 e=glbk_csm_peel.eyes[view];\n"
+    "float a=p.x*p.x+p.y*p.y+1.,b=e.x*p.x+e.y*p.y+e.z;\n"
+    "float c=e.x*e.x+e.y*e.y+e.z*e.z-1.,disc=b*b-a*c;\n"
+    "if(!(disc>.0))return 0u;\n"
+    "return csm_depth16(floatBitsToUint(clamp((sqrt(disc)-b)/a*e.w,.0,1.)));\n"
+    "}\n"
+    "\n\nuvec2 csm_interval(ivec2 at,ivec2 pixel,uint view)\n"
     "{\n"
     "uint z1=csm_depth16(texelFetch(glbk_csm_layer0,at,0).x),upper;\n"
     "if(z1==65535u)return uvec2(glbk_csm_peel.self_only!=0u?0u:65535u,65535u);\n"
     "if(glbk_csm_peel.far_layer!=0u){\n"
     "upper=csm_depth16(texelFetch(glbk_csm_layer2,at,0).x);\n"
-    "if(upper==65535u)return uvec2(z1,65535u);\n"
+    "if(upper==65535u&&glbk_csm_peel.sphere==0u)return uvec2(z1,65535u);\n"
+    "if(upper==65535u){\n"
+    "upper=csm_depth16(texelFetch(glbk_csm_layer1,at,0).x);\n"
+    "upper=max(csm_leave(pixel,view),upper==65535u?z1:upper)+1u;\n"
+    "}\n"
     "}else{\n"
     "upper=csm_depth16(texelFetch(glbk_csm_layer1,at,0).x);\n"
     "float thickness=glbk_csm_peel.open_thickness;\n"
@@ -2702,7 +2800,7 @@ static const struct { char facts[47];
     "uint side=glbk_csm_peel.side,across=glbk_csm_peel.tiles_across,top=glbk_csm_peel.depth_top;\n"
     "csm_ended ended=csm_ended(0u,uvec4[3](uvec4(0u),uvec4(0u),uvec4(0u)));\n"
     "for(;o.next<glbk_csm_peel.view_count&&ended.count<11u;o.next++){\n"
-    "uvec2 z=csm_interval(pixel+ivec2(uvec2(o.next%across,o.next/across)*side));\n"
+    "uvec2 z=csm_interval(pixel+ivec2(uvec2(o.next%across,o.next/across)*side),pixel,o.next);\n"
     "uint lo=(z.x*top+65534u)/65535u,hi=((z.y+1u)*top-1u)/65535u;\n"
     "uint both_lo=max(o.lo,lo),both_hi=min(o.hi,hi);\n"
     "bool fresh=false;\n"
@@ -2726,7 +2824,7 @@ static const struct { char facts[47];
 };
 
 static const struct { char facts[37];
-    char s0[247]; char end; } glbk__glsl_lib_csm_frame_glsl GLBK__TIGHT = {
+    char s0[251]; char end; } glbk__glsl_lib_csm_frame_glsl GLBK__TIGHT = {
     "lib/csm_frame.glsl\0" "" "\0" "" "\0"
     "" "\0" "glbk_csm_frame",
     "\nlayout(std140)uniform glbk_csm_frame_block{\n"
@@ -2735,7 +2833,7 @@ static const struct { char facts[37];
     "float bias,offset;\n"
     "uint adds;\n"
     "float frame_share;\n"
-    "vec4 eye,planes[8];\n"
+    "vec4 eye,own,planes[8];\n"
     "}glbk_csm_frame;\n", 0
 };
 
@@ -2774,14 +2872,15 @@ static const struct { char facts[56];
 };
 
 static const struct { char facts[35];
-    char s0[208]; char end; } glbk__glsl_lib_csm_peel_glsl GLBK__TIGHT = {
+    char s0[225]; char end; } glbk__glsl_lib_csm_peel_glsl GLBK__TIGHT = {
     "lib/csm_peel.glsl\0" "" "\0" "" "\0"
     "" "\0" "glbk_csm_peel",
     "\nlayout(std140)uniform glbk_csm_peel_block{\n"
     "mat4 view;\n"
     "float clip_per_pixel,depth_scale,open_thickness;\n"
-    "uint depth_top,side,tiles_across,view_count,far_layer,positional,self_only,pad0,\n"
-    "pad1;\n"
+    "uint depth_top,side,tiles_across,view_count,far_layer,positional,self_only,\n"
+    "sphere,pad0;\n"
+    "vec4 eyes[64];\n"
     "}glbk_csm_peel;\n", 0
 };
 
@@ -2796,7 +2895,7 @@ static const struct { char facts[37];
 };
 
 static const struct { char facts[85];
-    char s0[2251]; char end; } glbk__glsl_lib_csm_shade_glsl GLBK__TIGHT = {
+    char s0[2281]; char end; } glbk__glsl_lib_csm_shade_glsl GLBK__TIGHT = {
     "lib/csm_shade.glsl\0" "csm_pattern csm_instances cohsm_visible cohsm_estimate gbuffer" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\n\n#if !defined(CSM_SHAPE) || !defined(CSM_ASK) || !defined(CSM_FILTER)\n"
@@ -2818,6 +2917,7 @@ static const struct { char facts[85];
     "uint count=glbk_csm_scene.count,samples=glbk_csm_frame.sample_count;\n"
     "cohsm_light light=cohsm_light_open(glbk_csm_frame.light_texel);\n"
     "light.shape=uint(CSM_SHAPE);\n"
+    "light.own=glbk_csm_frame.own;\n"
     "cohsm_material material=cohsm_material(p.kind,p.diffuse,p.specular,p.exponent,p.metallic,\n"
     "p.roughness,p.lobe,p.lobe_count);\n"
     "vec3 view=cohsm_normalize(glbk_csm_frame.eye.xyz-p.position);\n"
@@ -3485,13 +3585,16 @@ static glbk_program *glbk__csm_keep_program(glbk_context *ctx, glbk_csm_programs
     return &cache->list[i];
 }
 
-/* Finds or compiles a program of a cache, for a public function. defines are those of this use, which those
-   of the maps follow; programs named csm_shade read the G-buffer. */
+/* Finds or compiles a program of a cache, for a public function. texts are the defines of this use, which
+   those of the maps follow, and GLSL of the user's before the main, or NULL. Programs named csm_shade read
+   the G-buffer. */
 static glbk_result glbk__csm_program(glbk_context *ctx, const char *function, glbk_csm_programs *cache,
-                                     uint32_t key, const char *name, const char *defines,
-                                     const glbk_csm_maps *maps, glbk_program **out)
+                                     uint32_t key, const char *name,
+                                     const char *const texts[2], const glbk_csm_maps *maps,
+                                     glbk_program **out)
 {
-    char all[192] = { 0 };
+    char all[208] = { 0 };
+    const char *own[2];
     glbk__sink sink = { NULL, 0, 0 };
     glbk_result result;
     uint32_t i;
@@ -3504,11 +3607,13 @@ static glbk_result glbk__csm_program(glbk_context *ctx, const char *function, gl
                                   GLBK_CSM_MAX_PROGRAMS + 1, 0, GLBK_CSM_MAX_PROGRAMS);
     cache->used[i] = cache->frame;
     if ((*out)->name) return GLBK_OK;
+    own[0] = NULL;
+    own[1] = texts[1];
     sink.out = all;
     sink.bytes = sizeof all;
-    glbk__append_text(&sink, defines);
+    glbk__append_text(&sink, texts[0]);
     glbk__append_text(&sink, maps->defines);
-    result = glbk__gbuffer_program(ctx, glbk_csm_part(), name, all, *out);
+    result = glbk__gbuffer_program_with(ctx, glbk_csm_part(), name, all, own, *out);
     if (result != GLBK_OK) return result;
     cache->keys[i] = key;
     if (i == cache->count) cache->count++;
@@ -3531,12 +3636,15 @@ static glbk_result glbk__csm_ask_program(glbk_context *ctx, glbk_csm_asker *aske
                                          glbk_program **out)
 {
     char defines[] = "CSM_ASK=0 CSM_FILTER=0";
+    const char *texts[2];
     uint32_t question = asker->question - 1;
+    texts[0] = defines;
+    texts[1] = NULL;
     asker->programs.frame++;
     defines[8] = (char)('0' + question / 3);
     defines[21] = (char)('0' + question % 3);
     return glbk__csm_program(ctx, "glbk_csm_ask_run", &asker->programs, question,
-                             asker->asked.name ? "csm_query.comp" : "csm_query.frag", defines, maps, out);
+                             asker->asked.name ? "csm_query.comp" : "csm_query.frag", texts, maps, out);
 }
 
 GLBK_DEF glbk_result glbk_csm_asker_create(glbk_context *ctx, uint32_t capacity, glbk_csm_asker *out)
@@ -3730,7 +3838,8 @@ GLBK_DEF void glbk_csm_asker_free(glbk_context *ctx, glbk_csm_asker *asker)
 
 /* A light stands in a table as ten texels, then its texels of L, running sums and triangles
    (docs/gpu-layouts.md). */
-enum { GLBK__CSM_LIGHT_HEAD = 10, GLBK__CSM_TEXTURED = 1, GLBK__CSM_ORTHOGONAL = 2 };
+enum { GLBK__CSM_LIGHT_HEAD = 10, GLBK__CSM_TEXTURED = 1, GLBK__CSM_ORTHOGONAL = 2, GLBK__CSM_LINEAR = 4,
+       GLBK__CSM_ROUND = 8, GLBK__CSM_ROUND_SURFACE = 16, GLBK__CSM_OWN_EMISSION = 32 };
 
 #define GLBK__PI 3.14159265358979324
 
@@ -3795,12 +3904,11 @@ static int glbk__csm_unit(const glbk__csm_logger *log, const char *member, const
     return glbk__csm_in(log, member, (double)glbk_csm__v3_length(n), 1, 1, "0.97..1.03");
 }
 
-/* Returns 1 if the GPU knows lights of this kind, else logs it and returns 0. */
-static int glbk__csm_kind_valid(const glbk__csm_logger *log, lsamp_light_kind kind)
+/* Returns 1 if the GPU knows lights of this kind, else logs it and returns 0. own: GLSL of the user's stands
+   for functions. */
+static int glbk__csm_kind_valid(const glbk__csm_logger *log, lsamp_light_kind kind, int own)
 {
-    if (kind == LSAMP_LIGHT_SURFACE)
-        return glbk__csm_refuse(log, ".kind", "is LSAMP_LIGHT_SURFACE, for CPUs only");
-    if (kind == LSAMP_LIGHT_CALLBACK)
+    if (kind == LSAMP_LIGHT_CALLBACK && !own)
         return glbk__csm_refuse(log, ".kind", "is LSAMP_LIGHT_CALLBACK: GPUs call no functions");
     return glbk__csm_in(log, ".kind", (double)kind, 0, LSAMP_LIGHT_COUNT - 1, "a LSAMP_LIGHT_...");
 }
@@ -3918,34 +4026,52 @@ static int glbk__csm_shape_valid(const glbk__csm_logger *log, const lsamp_light_
         return glbk__csm_unit(log, direction, d->direction) &&
                glbk__csm_in(log, ".radius", (double)d->radius, least, big, lengths);
     case LSAMP_LIGHT_SPHERE: return glbk__csm_in(log, ".radius", (double)d->radius, least, big, lengths);
+    case LSAMP_LIGHT_CALLBACK:
     case LSAMP_LIGHT_MESH: return 1;
+    case LSAMP_LIGHT_SURFACE:
+        if (!d->surface || !d->surface->points)
+            return glbk__csm_refuse(log, ".surface", "is NULL, or has no points");
+        return glbk__csm_in(log, ".surface->width", d->surface->width, 2, 4096, "2..4096") &&
+               glbk__csm_in(log, ".surface->height", d->surface->height, 2, 4096, "2..4096");
     default:
         return glbk__csm_in(log, ".cosine_power", (double)d->cosine_power, 0, 0, "0");
     }
 }
 
-static int glbk__csm_light_valid(const glbk__csm_logger *log, const lsamp_light_desc *d)
+static int glbk__csm_light_valid(const glbk__csm_logger *log, const lsamp_light_desc *d, int own)
 {
-    const double big = (double)1e18f;
-    if (d->filter != LSAMP_TEXELS_NEAREST)
-        return glbk__csm_refuse(log, ".filter", "is not LSAMP_TEXELS_NEAREST, all that GPUs know");
-    if (d->emission_fn) return glbk__csm_refuse(log, ".emission_fn", "is set: GPUs call no functions");
-    return glbk__csm_kind_valid(log, d->kind) &&
-           glbk__csm_in3(log, ".radiance", d->radiance, 0, (double)1e30f, "0..1e30") &&
-           glbk__csm_in(log, ".cosine_power", (double)d->cosine_power, 0, 1e5, "0..100000") &&
-           glbk__csm_in(log, ".rotation", (double)d->rotation, -1000, 1000, "-1000..1000") &&
-           glbk__csm_in(log, ".time", (double)d->time, -1e9, 1e9, "-1e9..1e9") &&
-           glbk__csm_in(log, ".frames_per_second", (double)d->frames_per_second, 0, 1e6, "0..1e6") &&
-           glbk__csm_in3(log, ".position", d->position, -big, big, "-1e18..1e18") &&
-           glbk__csm_texels_valid(log, d) && glbk__csm_shape_valid(log, d);
+    static const struct { uint16_t at, count; float low, high; char member[20], wanted[12]; } numbers[] = {
+        { offsetof(lsamp_light_desc, radiance), 3, 0, 1e30f, ".radiance", "0..1e30" },
+        { offsetof(lsamp_light_desc, cosine_power), 1, 0, 1e5f, ".cosine_power", "0..100000" },
+        { offsetof(lsamp_light_desc, rotation), 1, -1000, 1000, ".rotation", "-1000..1000" },
+        { offsetof(lsamp_light_desc, time), 1, -1e9f, 1e9f, ".time", "-1e9..1e9" },
+        { offsetof(lsamp_light_desc, frames_per_second), 1, 0, 1e6f, ".frames_per_second", "0..1e6" },
+        { offsetof(lsamp_light_desc, position), 3, -1e18f, 1e18f, ".position", "-1e18..1e18" }
+    };
+    uint32_t i, k;
+
+    if (d->emission_fn && (!own || (d->kind >= LSAMP_LIGHT_SUN && d->kind <= LSAMP_LIGHT_SPOT)))
+        return glbk__csm_refuse(log, ".emission_fn", "is set: GPUs call no functions");
+    if (!glbk__csm_kind_valid(log, d->kind, own) ||
+        !glbk__csm_in(log, ".filter", (double)d->filter, 0, LSAMP_TEXELS_COUNT - 1, "a LSAMP_TEXELS_..."))
+        return 0;
+    for (i = 0; i < sizeof numbers / sizeof *numbers; i++)
+        for (k = 0; k < numbers[i].count; k++) {
+            float value;
+            memcpy(&value, (const char *)d + numbers[i].at + 4 * k, 4);
+            if (!glbk__csm_in(log, numbers[i].member, (double)value, (double)numbers[i].low,
+                              (double)numbers[i].high, numbers[i].wanted))
+                return 0;
+        }
+    return glbk__csm_texels_valid(log, d) && glbk__csm_shape_valid(log, d);
 }
 
 /* Checks a light and its mesh, whose faults are not those of the desc, and counts the light's texels. */
-static glbk_result glbk__csm_count_texels(const glbk__csm_logger *log, const lsamp_light_desc *d,
+static glbk_result glbk__csm_count_texels(const glbk__csm_logger *log, const lsamp_light_desc *d, int own,
                                           size_t *texels)
 {
     const int has_mesh = d->kind == LSAMP_LIGHT_MESH;
-    const glbk_result result = !glbk__csm_light_valid(log, d) ? GLBK_ERR_DESC
+    const glbk_result result = !glbk__csm_light_valid(log, d, own) ? GLBK_ERR_DESC
                                : has_mesh                     ? glbk__csm_check_mesh(log, d->mesh)
                                                               : GLBK_OK;
     if (result != GLBK_OK) return result;
@@ -3956,6 +4082,7 @@ static glbk_result glbk__csm_count_texels(const glbk__csm_logger *log, const lsa
     if (has_mesh) *texels += glbk__csm_corner_count(d->mesh);
     else if (d->texels) *texels += 2 * (size_t)d->width * d->height + d->height;
     else if (glbk__csm_is_sky(d)) *texels += 3;
+    if (d->kind == LSAMP_LIGHT_SURFACE) *texels += (size_t)d->surface->width * d->surface->height;
     return GLBK_OK;
 }
 
@@ -3966,7 +4093,7 @@ GLBK_DEF size_t glbk_csm_light_texels(const lsamp_light_desc *d)
     size_t texels = 0;
     memset(&none, 0, sizeof none);
     log = glbk__csm_logger_make(&none, __func__, "desc", GLBK__NO_INDEX);
-    return d && glbk__csm_count_texels(&log, d, &texels) == GLBK_OK ? texels : 0;
+    return d && glbk__csm_count_texels(&log, d, 1, &texels) == GLBK_OK ? texels : 0;
 }
 
 /* ==== src/gl_csm/light_tables.h ==== */
@@ -4046,46 +4173,76 @@ static float glbk__csm_film_at(const glbk__csm_film *film, size_t i)
     return a * (1 - film->blend) + b * film->blend;
 }
 
-/* Writes the texels of L and the running sums of each row and of all rows. Returns what turns a texel into
-   its density. */
-static glbk_csm__v3 glbk__csm_texture(const lsamp_light_desc *d, uint32_t *words, uint32_t w, uint32_t h)
+/* Returns the density of samples of texel x, y of those that stand in a table, but for a factor that all have
+   in common: tint times the mean of L over the texel. Where L is linear between centres, that mean is
+   (a + 6 b + c) / 8 along each coordinate, as in lightsampling.h. */
+static float glbk__csm_density(const uint32_t *texels, uint32_t flags, const uint32_t side[2], uint32_t x,
+                               uint32_t y, glbk_csm__v3 tint)
 {
+    static const float weights[2][3] = { { 0, 1, 0 }, { 0.125f, 0.75f, 0.125f } };
+    const float *weight = weights[(flags & GLBK__CSM_LINEAR) != 0];
+    const uint32_t w = side[0];
+    float sum = 0, rgb[3];
+    uint32_t i, j, column, row;
+
+    for (j = 0; j < 3; j++)
+        for (i = 0; i < 3; i++) {
+            column = x + i ? x + i - 1 : flags & GLBK__CSM_ROUND ? w - 1 : 0;
+            if (column == w) column = flags & GLBK__CSM_ROUND ? 0 : x;
+            row = y + j ? y + j - 1 : 0;
+            if (row == side[1]) row = y;
+            memcpy(rgb, texels + 4 * ((size_t)row * w + column), sizeof rgb);
+            sum += glbk_csm__v3_dot(glbk_csm__v3_load(rgb), tint) * weight[i] * weight[j];
+        }
+    return sum;
+}
+
+/* Writes the texels of L, with their densities in w, and the running sums of each row and of all rows. */
+static void glbk__csm_texture(const lsamp_light_desc *d, uint32_t flags, uint32_t *words, uint32_t w,
+                              uint32_t h)
+{
+    const uint32_t side[2] = { w, h };
     const glbk__csm_film none = { NULL, NULL, 0 }, film = d->texels ? glbk__csm_film_of(d) : none;
     uint32_t *texels = words + 4 * GLBK__CSM_LIGHT_HEAD, *rows = texels + 4 * (size_t)w * h;
-    uint32_t *row, x, y, c;
-    float top = d->radiance[0] > d->radiance[1] ? d->radiance[0] : d->radiance[1], rgb[4] = { 0, 0, 0, 0 };
+    uint32_t *row, x, y;
+    float top = d->radiance[0] > d->radiance[1] ? d->radiance[0] : d->radiance[1], value;
     glbk_csm__v3 tint = glbk_csm__v3_make(1, 1, 1);
     double total = 0, sum, weight;
+    size_t i;
 
     top = top > d->radiance[2] ? top : d->radiance[2];
     if (top > 0) tint = glbk_csm__v3_make(d->radiance[0] / top, d->radiance[1] / top, d->radiance[2] / top);
     tint = glbk_csm__v3_scale(tint, 1.0f / 3.0f);
+    for (i = 0; i < 3 * (size_t)w * h; i++) {
+        value = d->texels ? glbk__csm_film_at(&film, i) : 1;
+        memcpy(texels + i / 3 * 4 + i % 3, &value, 4);
+    }
     for (y = 0; y < h; y++) {
         row = rows + 4 * ((size_t)h + (size_t)y * w);
         sum = 0;
         for (x = 0; x < w; x++) {
-            float density;
-            for (c = 0; c < 3; c++)
-                rgb[c] = d->texels ? glbk__csm_film_at(&film, 3 * ((size_t)y * w + x) + c) : 1;
-            density = glbk_csm__v3_dot(glbk_csm__v3_load(rgb), tint);
-            memcpy(texels + 4 * ((size_t)y * w + x), rgb, sizeof rgb);
-            memcpy(row + 4 * (size_t)x + 3, &density, 4);
-            sum += (double)density;
+            value = glbk__csm_density(texels, flags, side, x, y, tint);
+            memcpy(texels + 4 * ((size_t)y * w + x) + 3, &value, 4);
+            memcpy(row + 4 * (size_t)x + 3, &value, 4);
+            sum += (double)value;
         }
         glbk__csm_sums(row, w, sum);
         /* The weight of a row of the sky is its solid angle, cos a - cos b, here without a loss of digits. */
         weight = glbk__csm_is_sky(d)
                      ? 2 * sin(GLBK__PI * (2.0 * y + 1) / (2.0 * h)) * sin(GLBK__PI / (2.0 * h))
                      : 1;
-        rgb[3] = (float)(sum * weight);
-        memcpy(rows + 4 * (size_t)y + 3, &rgb[3], 4);
-        total += (double)rgb[3];
-        rgb[3] = 0;
+        value = (float)(sum * weight);
+        memcpy(rows + 4 * (size_t)y + 3, &value, 4);
+        total += (double)value;
     }
     glbk__csm_sums(rows, h, total);
-    if (!(total > 0)) return glbk_csm__v3_make(0, 0, 0);
-    return glbk_csm__v3_scale(
-        tint, (float)(glbk__csm_is_sky(d) ? w / (2 * GLBK__PI * total) : (double)w * h / total));
+    if (!(total > 0)) return;                   /* a black light: all densities are 0 already */
+    weight = glbk__csm_is_sky(d) ? w / (2 * GLBK__PI * total) : (double)w * h / total;
+    for (i = 0; i < (size_t)w * h; i++) {
+        memcpy(&value, texels + 4 * i + 3, 4);
+        value *= (float)weight;
+        memcpy(texels + 4 * i + 3, &value, 4);
+    }
 }
 
 /* Writes the corners of all triangles, and the share of all area up to the end of each. Returns the area.
@@ -4115,84 +4272,102 @@ static float glbk__csm_triangles(const lsamp_mesh *m, uint32_t *texels)
     return (float)total;
 }
 
-/* A light's shape as the table holds it; cohsm_light.glsl says what each member means. */
-typedef struct glbk__csm_geometry {
-    glbk_csm__v3 n;
-    glbk_csm__v3 ex;
-    glbk_csm__v3 ey;
-    float        lx;
-    float        ly;
-    float        area;
-    uint32_t     flags;
-} glbk__csm_geometry;
-
-static glbk__csm_geometry glbk__csm_geometry_of(const lsamp_light_desc *d)
+/* Writes the points of a surface. */
+static void glbk__csm_surface(const lsamp_surface *s, uint32_t *texels)
 {
-    glbk__csm_geometry g;
-    glbk_csm__v3 u = glbk_csm__v3_load(d->u), v = glbk_csm__v3_load(d->v);
+    uint32_t i;
+    for (i = 0; i < s->width * s->height; i++)
+        glbk__csm_put(texels, i, glbk_csm__v3_load(s->points + 3 * (size_t)i), 0);
+}
 
-    memset(&g, 0, sizeof g);
-    g.n = glbk_csm__v3_normalize(glbk_csm__v3_load(d->direction));
-    g.area = 1;
-    if (d->kind == LSAMP_LIGHT_LINE) {
-        g.n = glbk_csm__v3_normalize(u);
-        g.lx = glbk_csm__v3_length(u);
-    } else if (d->kind == LSAMP_LIGHT_DISC) {
-        glbk_csm__v3_basis(g.n, &g.ex, &g.ey);
-        g.area = (float)GLBK__PI * d->radius * d->radius;
-    } else if (d->kind == LSAMP_LIGHT_SPHERE) {
-        g.area = 4 * (float)GLBK__PI * d->radius * d->radius;
-    } else if (d->kind == LSAMP_LIGHT_RECTANGLE) {
-        glbk_csm__v3 n = glbk_csm__v3_cross(u, v);
-        float uv = glbk_csm__v3_dot(u, v);
-        g.area = glbk_csm__v3_length(n);
-        g.n = glbk_csm__v3_normalize(n);
-        g.lx = glbk_csm__v3_length(u);
-        g.ly = glbk_csm__v3_length(v);
-        g.ex = glbk_csm__v3_scale(glbk_csm__v3_cross(v, g.n), 1.0f / g.area);
-        g.ey = glbk_csm__v3_scale(glbk_csm__v3_cross(g.n, u), 1.0f / g.area);
-        if ((uv < 0 ? -uv : uv) <= 1e-5f * g.area) g.flags |= GLBK__CSM_ORTHOGONAL;
+/* What follows the first two texels of a light, as docs/gpu-layouts.md says. */
+typedef struct glbk__csm_light_head {
+    float position[3], radius;
+    float n[3], lx;
+    float ex[3], ly;
+    float ey[3], area;
+    float radiance[3], cos_cone;
+    float none[3], turn;
+    float u[3], cosine_power;
+    float v[4];
+} glbk__csm_light_head;
+
+/* Writes what the shape of a light says to its head, and returns whether it is a rectangle with right
+   angles. */
+static int glbk__csm_shape_write(const lsamp_light_desc *d, glbk__csm_light_head *out)
+{
+    const glbk_csm__v3 u = glbk_csm__v3_load(d->u), v = glbk_csm__v3_load(d->v);
+    glbk_csm__v3 n = glbk_csm__v3_load(d->direction), x = glbk_csm__v3_make(0, 0, 0), y = x;
+    float uv, area = 1;
+
+    if (d->kind == LSAMP_LIGHT_LINE) n = u;
+    if (d->kind == LSAMP_LIGHT_RECTANGLE) n = glbk_csm__v3_cross(u, v);
+    uv = glbk_csm__v3_length(n);
+    n = glbk_csm__v3_normalize(n);
+    out->lx = glbk_csm__v3_length(u);
+    out->ly = glbk_csm__v3_length(v);
+    if (d->kind == LSAMP_LIGHT_DISC) glbk_csm__v3_basis(n, &x, &y);
+    if (d->kind == LSAMP_LIGHT_DISC || d->kind == LSAMP_LIGHT_SPHERE)
+        area = (d->kind == LSAMP_LIGHT_DISC ? 1 : 4) * (float)GLBK__PI * d->radius * d->radius;
+    if (d->kind == LSAMP_LIGHT_RECTANGLE) {
+        area = uv;
+        x = glbk_csm__v3_scale(glbk_csm__v3_cross(v, n), 1.0f / area);
+        y = glbk_csm__v3_scale(glbk_csm__v3_cross(n, u), 1.0f / area);
     }
-    return g;
+    glbk_csm__v3_store(out->n, n);
+    glbk_csm__v3_store(out->ex, x);
+    glbk_csm__v3_store(out->ey, y);
+    out->area = area;
+    uv = glbk_csm__v3_dot(u, v);
+    return d->kind == LSAMP_LIGHT_RECTANGLE && (uv < 0 ? -uv : uv) <= 1e-5f * area;
 }
 
 /* Writes a light that is valid. */
 static glbk_result glbk__csm_light_write(const glbk__csm_logger *log, const lsamp_light_desc *d,
                                          uint32_t *words)
 {
-    glbk__csm_geometry g;
-    uint32_t w, h;
-    glbk_csm__v3 tint = glbk_csm__v3_make(0, 0, 0);
+    const int sky = glbk__csm_is_sky(d);
+    const uint32_t w = d->texels ? d->width : 1, h = d->texels ? d->height : 1;
+    glbk__csm_light_head head;
+    uint32_t flags;
 
-    g = glbk__csm_geometry_of(d);
-    w = d->texels ? d->width : 1;
-    h = d->texels ? d->height : 1;
-    memset(words, 0, 16 * GLBK__CSM_LIGHT_HEAD);
-    if (d->texels || glbk__csm_is_sky(d)) {
-        g.flags |= GLBK__CSM_TEXTURED;
-        tint = glbk__csm_texture(d, words, w, h);
+    memset(&head, 0, sizeof head);
+    flags = glbk__csm_shape_write(d, &head) ? GLBK__CSM_ORTHOGONAL : 0;
+    if (d->filter == LSAMP_TEXELS_LINEAR) flags |= GLBK__CSM_LINEAR;
+    if (sky || d->kind == LSAMP_LIGHT_SPHERE) flags |= GLBK__CSM_ROUND;
+    if (d->emission_fn) flags |= GLBK__CSM_OWN_EMISSION;
+    if (d->texels || sky) flags |= GLBK__CSM_TEXTURED;
+    words[4] = words[6] = GLBK__CSM_LIGHT_HEAD;
+    words[5] = GLBK__CSM_LIGHT_HEAD + w * h;
+    words[7] = 0;
+    if (d->kind == LSAMP_LIGHT_SURFACE) {
+        if (d->surface->round) flags |= GLBK__CSM_ROUND | GLBK__CSM_ROUND_SURFACE;
+        if (d->texels) words[6] = words[5] + w * h + h;
+        words[7] = d->surface->width | d->surface->height << 16;
+        glbk__csm_surface(d->surface, words + 4 * (size_t)words[6]);
     }
-    if (d->kind == LSAMP_LIGHT_MESH) g.area = glbk__csm_triangles(d->mesh, words + 4 * GLBK__CSM_LIGHT_HEAD);
-    if (!(g.area > 0)) {
+    if (flags & GLBK__CSM_TEXTURED) glbk__csm_texture(d, flags, words, w, h);
+    if (d->kind == LSAMP_LIGHT_MESH) {
+        head.area = glbk__csm_triangles(d->mesh, words + 4 * GLBK__CSM_LIGHT_HEAD);
+        words[7] = (uint32_t)(glbk__csm_corner_count(d->mesh) / 3);
+    }
+    if (!(head.area > 0)) {
         (void)glbk__csm_refuse(log, ".mesh", "has no area");
         return GLBK_ERR_INPUT;
     }
-    words[0] = glbk__csm_is_sky(d) ? (uint32_t)LSAMP_LIGHT_ENVIRONMENT : (uint32_t)d->kind;
+    words[0] = sky ? (uint32_t)LSAMP_LIGHT_ENVIRONMENT : (uint32_t)d->kind;
     words[1] = w;
     words[2] = h;
-    words[3] = g.flags;
-    words[4] = GLBK__CSM_LIGHT_HEAD;
-    words[5] = GLBK__CSM_LIGHT_HEAD + w * h;
-    words[6] = GLBK__CSM_LIGHT_HEAD;
-    words[7] = d->kind == LSAMP_LIGHT_MESH ? (uint32_t)(glbk__csm_corner_count(d->mesh) / 3) : 0;
-    glbk__csm_put(words, 2, glbk_csm__v3_load(d->position), d->radius);
-    glbk__csm_put(words, 3, g.n, g.lx);
-    glbk__csm_put(words, 4, g.ex, g.ly);
-    glbk__csm_put(words, 5, g.ey, g.area);
-    glbk__csm_put(words, 6, glbk_csm__v3_load(d->radiance), (float)cos((double)d->cone_half_angle));
-    glbk__csm_put(words, 7, tint, (float)((double)d->rotation / (2 * GLBK__PI)));
-    glbk__csm_put(words, 8, glbk_csm__v3_load(d->u), d->cosine_power);
-    glbk__csm_put(words, 9, glbk_csm__v3_load(d->v), 0);
+    words[3] = flags;
+    memcpy(head.position, d->position, sizeof head.position);
+    memcpy(head.radiance, d->radiance, sizeof head.radiance);
+    memcpy(head.u, d->u, sizeof head.u);
+    memcpy(head.v, d->v, sizeof d->v);
+    head.radius = d->radius;
+    head.cos_cone = (float)cos((double)d->cone_half_angle);
+    head.turn = (float)((double)d->rotation / (2 * GLBK__PI));
+    head.cosine_power = d->cosine_power;
+    memcpy(words + 8, &head, sizeof head);
     return GLBK_OK;
 }
 
@@ -4208,7 +4383,7 @@ GLBK_DEF glbk_result glbk_csm_light_write(const lsamp_light_desc *d, uint32_t *w
     none.system.user = d->system.user;
     if (!words) return glbk__require(&none, __func__, "words", words);
     log = glbk__csm_logger_make(&none, __func__, "desc", GLBK__NO_INDEX);
-    result = glbk__csm_count_texels(&log, d, &texels);
+    result = glbk__csm_count_texels(&log, d, 1, &texels);
     return result == GLBK_OK ? glbk__csm_light_write(&log, d, words) : result;
 }
 
@@ -4260,7 +4435,7 @@ GLBK_DEF glbk_result glbk_csm_lights_create(glbk_context *ctx, const glbk_csm_li
     patterns = 128 * (size_t)d->pattern_length;
     for (i = 0; i < d->light_count; i++) {
         log.index = i;
-        result = glbk__csm_count_texels(&log, &d->lights[i], &one);
+        result = glbk__csm_count_texels(&log, &d->lights[i], d->own, &one);
         if (result != GLBK_OK) return result;
         starts[i] = (uint32_t)texels;
         texels += one;
@@ -4270,6 +4445,7 @@ GLBK_DEF glbk_result glbk_csm_lights_create(glbk_context *ctx, const glbk_csm_li
                                               "at most 2^28");
     }
     out->lobe_count = d->lobe_count;
+    out->own = d->own;
     out->patterns_at = (uint32_t)texels;
     out->pattern_length = d->pattern_length;
     texels += patterns + 1;
@@ -4305,7 +4481,7 @@ GLBK_DEF glbk_result glbk_csm_lights_update(glbk_context *ctx, glbk_csm_lights *
     if (result == GLBK_OK) result = glbk__require(ctx, __func__, "desc", desc);
     if (result != GLBK_OK) return result;
     log = glbk__csm_logger_make(ctx, __func__, "desc", GLBK__NO_INDEX);
-    result = glbk__csm_count_texels(&log, desc, &texels);
+    result = glbk__csm_count_texels(&log, desc, lights->own, &texels);
     if (result != GLBK_OK) return result;
     if (start < 2 * lights->lobe_count || start > lights->patterns_at || texels > lights->patterns_at - start)
         return glbk__refuse_value(ctx, GLBK_ERR_ARGUMENT, __func__, "start", start,
@@ -4340,18 +4516,23 @@ static uint32_t glbk__csm_shape_of(const glbk_csm_use *u)
 static glbk_result glbk__csm_shade_program(glbk_context *ctx, const char *function, glbk_csm_renderer *r,
                                            const glbk_csm_use *use, uint32_t filter, glbk_program **out)
 {
-    char defines[] = "CSM_ASK=0 CSM_FILTER=0 COHSM_LOBES=1 CSM_SHAPE=10 CSM_PATTERNS";
+    char defines[] = "CSM_ASK=0 CSM_FILTER=0 COHSM_LOBES=1 CSM_SHAPE=10 CSM_PATTERNS COHSM_OWN_LIGHT";
+    const char *texts[2];
     uint32_t shape = glbk__csm_shape_of(use), ask = (uint32_t)use->ask;
+    texts[0] = defines;
+    texts[1] = r->light;
     defines[8] = (char)('0' + ask);
     defines[21] = (char)('0' + filter);
     defines[35] = (char)('0' + r->lobe_count);
+    defines[48] = (char)('0' + shape % 10);
     if (shape < 10) {
-        defines[47] = (char)('0' + shape);
+        defines[47] = defines[48];
         defines[48] = ' ';
     }
-    if (!r->patterns) defines[49] = 0;
+    if (!r->patterns) memset(defines + 50, ' ', 12);
+    if (!r->light) defines[62] = 0;
     return glbk__csm_program(ctx, function, &r->shade, shape * 16 + ask * 4 + filter,
-                             r->compute ? "csm_shade.comp" : "csm_shade.frag", defines, use->maps, out);
+                             r->compute ? "csm_shade.comp" : "csm_shade.frag", texts, use->maps, out);
 }
 
 GLBK_DEF glbk_result glbk_csm_renderer_create(glbk_context *ctx, const glbk_csm_renderer_desc *d,
@@ -4373,6 +4554,7 @@ GLBK_DEF glbk_result glbk_csm_renderer_create(glbk_context *ctx, const glbk_csm_
     out->compute = ctx->compute;
     out->lobe_count = d->lobe_count ? d->lobe_count : 1;
     out->patterns = d->patterns != 0;
+    out->light = d->light;
     result = glbk__gbuffer_program(ctx, glbk_csm_part(), "csm_resolve.frag", NULL, &out->resolve);
     if (result == GLBK_OK)
         result = glbk__sums_create(ctx, out->compute, d->width, d->height, out->sums, out->targets);
@@ -4419,7 +4601,7 @@ static glbk_result glbk__csm_check_use(const glbk_context *ctx, const char *func
         return GLBK_ERR_DESC;
     }
     if (!glbk__csm_in(&log, ".ask", (double)u->ask, 0, COHSM_LIGHT_COUNT - 1, "a COHSM_LIGHT_...") ||
-        !glbk__csm_kind_valid(&log, u->kind) ||
+        !glbk__csm_kind_valid(&log, u->kind, r->light != NULL) ||
         !glbk__csm_in(&log, ".sample_count", u->sample_count, 1, 65536, "1..65536") ||
         !glbk__csm_in(&log, ".start", u->start, 2.0 * d->lights->lobe_count, d->lights->patterns_at - 1.0,
                       "one that glbk_csm_lights_create wrote"))
@@ -4445,6 +4627,9 @@ static glbk_result glbk__csm_check_frame(const glbk_context *ctx, const char *fu
         (void)glbk__csm_refuse(&log, ".lights", d->lights ? "was not created" : "is NULL");
         return GLBK_ERR_DESC;
     }
+    if (d->lights->own && !r->light)
+        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, function, "desc.lights",
+                            "were made with own, but the renderer without light, the GLSL for them");
     if ((d->use_count && !d->uses && !glbk__csm_refuse(&log, ".uses", "is NULL")) ||
         !glbk__csm_in(&log, ".plane_count", d->plane_count, 0, GLBK_CSM_MAX_PLANES, "0..8") ||
         !glbk__csm_in(&log, ".sampling", (double)d->sampling, 0, LSAMP_SAMPLING_COUNT - 1,
@@ -4549,6 +4734,7 @@ GLBK_DEF glbk_result glbk_csm_render(glbk_context *ctx, glbk_csm_renderer *r, co
         const glbk_csm_use *u = &d->uses[i];
         result = glbk__csm_shade_program(ctx, __func__, r, u, (uint32_t)d->filter, &program);
         frame.light_texel = u->start;
+        memcpy(frame.own, u->own, sizeof u->own);
         frame.sample_count = u->sample_count;
         frame.seed = u->seed;
         frame.roulette_seed = u->seed * 0x9e3779b9u + d->frame * 0x85ebca6bu;
@@ -4620,10 +4806,8 @@ GLBK_DEF glbk_result glbk_csm_read(glbk_context *ctx, glbk_csm_renderer *r, floa
 
 enum {
     GLBK__CSM_ATLAS = 1024,         /* pixels a side at most */
-    GLBK__CSM_CHUNK = 65536,        /* views after which csm.h's lists begin anew */
-    GLBK__CSM_EXACT = 65536         /* of a segment's value: it is an exact depth */
+    GLBK__CSM_CHUNK = 65536         /* views after which csm.h's lists begin anew */
 };
-#define GLBK__CSM_NONE 2.0f         /* a depth above 1: there is no hit */
 
 /* Returns the greatest value of the grid of depths. */
 static uint32_t glbk__csm_top(const glbk_csm_builder *b)
@@ -4723,11 +4907,11 @@ static glbk_result glbk__csm_read_state(glbk_context *ctx, glbk_csm_builder *b)
 static int glbk__csm_keep(glbk_context *ctx, glbk_csm_builder *b, uint32_t pixel, uint32_t record,
                           uint32_t end)
 {
-    glbk_csm_segment *s;
+    cohsm_segment *s;
     if (b->segment_count == b->segment_room) {
         glbk_csm__allocator memory = glbk_csm__memory(ctx);
         size_t room = 2 * b->segment_room + 65536;
-        s = (glbk_csm_segment *)glbk_csm__alloc_array(&memory, room, sizeof *s);
+        s = (cohsm_segment *)glbk_csm__alloc_array(&memory, room, sizeof *s);
         if (!s) return 0;
         if (b->segment_count) memcpy(s, b->segments, b->segment_count * sizeof *s);
         glbk_csm__free(&memory, b->segments);
@@ -4760,14 +4944,17 @@ static glbk_result glbk__csm_take_maps(const glbk_context *ctx, const cohsm_desc
     out->map_side = d->map_side ? d->map_side : 128;
     out->depth_bits = d->depth_bits ? d->depth_bits : 8;
     out->open_thickness = d->open_thickness > 0 ? d->open_thickness : 8.0f;
-    out->layer_count = d->layers == COHSM_LAYERS_Z1Z3_FAR ? 3 : 2;
+    out->layer_count = d->layers == COHSM_LAYERS_Z1Z3_FAR || d->layers == COHSM_LAYERS_Z1Z3_SPHERE ? 3 : 2;
+    out->sphere = d->layers == COHSM_LAYERS_Z1Z3_SPHERE;
+    memcpy(out->center, d->center, sizeof out->center);
+    out->radius = d->radius;
     out->positional = glbk__csm_is_positional(&d->domain);
     out->self_only = d->self_only;
     if (out->map_side < 4 || out->map_side > 1024)
         return glbk__refuse_range(ctx, bad, function, "desc.maps->map_side", out->map_side, 4, 1024);
-    if (d->layers == COHSM_LAYERS_Z1Z3_SPHERE)
-        return glbk__refuse(ctx, bad, function, "desc.maps->layers",
-                            "is COHSM_LAYERS_Z1Z3_SPHERE, for CPUs only");
+    if (out->sphere && !(d->radius > 0 && glbk_csm__finite(d->radius)))
+        return glbk__refuse_value(ctx, bad, function, "desc.maps->radius", (double)d->radius,
+                                  "above 0 with COHSM_LAYERS_Z1Z3_SPHERE");
     if ((unsigned)d->layers >= COHSM_LAYERS_COUNT)
         return glbk__refuse_value(ctx, bad, function, "desc.maps->layers", (double)d->layers,
                                   "a COHSM_LAYERS_...");
@@ -4881,6 +5068,22 @@ static void glbk__csm_fill_block(const glbk_csm_builder *b, uint32_t views, glbk
     out->far_layer = b->layer_count == 3;
     out->positional = b->positional != 0;
     out->self_only = b->self_only != 0;
+    out->sphere = b->sphere != 0;
+}
+
+/* Notes where a view of positions stands, in radii about the sphere and along the axes of its face, whose
+   number is 2 axis, + 1 if it looks along the negative axis; and how deep a radius is. */
+static void glbk__csm_note_eye(glbk_csm_builder *b, const cohsm_view *view, uint32_t i)
+{
+    static const uint8_t next[3] = { 1, 2, 0 };
+    uint32_t k, axis = (view->face >> 1) % 3;
+    float *e = b->eyes[i];
+    for (k = 0; k < 3; k++) {
+        axis = next[axis];
+        e[k] = (view->location[axis] - b->center[axis]) / b->radius;
+    }
+    if (view->face & 1) e[2] = -e[2];
+    e[3] = b->radius * view->depth_scale;
 }
 
 GLBK_DEF glbk_result glbk_csm_builder_draw(glbk_context *ctx, glbk_csm_builder *b, uint32_t from,
@@ -4906,6 +5109,7 @@ GLBK_DEF glbk_result glbk_csm_builder_draw(glbk_context *ctx, glbk_csm_builder *
         pass.target = &b->layer_targets[layer];
         for (i = 0; i < count; i++) {
             b->view_fn(b->user, from + i, &view);
+            if (b->sphere && b->positional && !layer) glbk__csm_note_eye(b, &view, i);
             memcpy(block.view, view.matrix, sizeof block.view);
             block.depth_scale = view.depth_scale;
             result = glbk__put_block(ctx, GLBK_SLOT_glbk_csm_peel, &b->block, &block);
@@ -5009,6 +5213,7 @@ GLBK_DEF glbk_result glbk_csm_builder_compress(glbk_context *ctx, glbk_csm_build
     if (result == GLBK_OK) result = glbk__csm_check_batch(ctx, b);
     if (result != GLBK_OK) return result;
     glbk__csm_fill_block(b, b->drawn, &block);
+    memcpy(block.eyes, b->eyes, sizeof b->eyes);
     result = glbk_buffer_update(ctx, &b->block, 0, sizeof block, &block);
     if (result == GLBK_OK) result = glbk__csm_write_state(ctx, b);
     while (left && result == GLBK_OK) {
@@ -5021,85 +5226,14 @@ GLBK_DEF glbk_result glbk_csm_builder_compress(glbk_context *ctx, glbk_csm_build
     return b->next_view % GLBK__CSM_CHUNK == 0 ? glbk__csm_end_all(ctx, b) : GLBK_OK;
 }
 
-/* Returns a depth whose 16 bits are d <= 65533. */
-static float glbk__csm_layer_depth(uint32_t d)
+GLBK_DEF glbk_result glbk_csm_builder_end(glbk_context *ctx, glbk_csm_builder *b)
 {
-    return d < 65533 ? ((float)d + 0.5f) / 65533.0f : 1.0f;
-}
+    const glbk_result result = glbk__require_created(ctx, __func__, "builder", b ? &b->block.name : NULL);
 
-/* Writes depths of layers whose interval is just the values that a segment may have: lo .. hi of the grid, or
-   one exact depth. */
-static void glbk__csm_show(const glbk_csm_builder *b, uint32_t value, float *z1, float *z2, float *z3)
-{
-    uint32_t top = glbk__csm_top(b), lo = value & 255u, hi = value >> 8 & 255u;
-    int far_layers = b->layer_count == 3;
-
-    *z1 = *z2 = *z3 = GLBK__CSM_NONE;
-    if (value & GLBK__CSM_EXACT) {              /* all layers in one place: an interval of that depth alone */
-        *z1 = *z2 = *z3 = glbk__csm_layer_depth(value & 0xffffu);
-        return;
-    }
-    if (lo == top || (b->self_only && !lo && hi == top)) return;       /* nothing hit */
-    *z1 = *z2 = glbk__csm_layer_depth(lo * 65535u / top);
-    if (hi == top) return;                      /* the interval has no end */
-    *(far_layers ? z3 : z2) = glbk__csm_layer_depth(hi * 65535u / top + 1u);
-}
-
-/* Returns the segments in the order of their first views, or NULL without memory. ends[v] receives where
-   those of view v end. */
-static glbk_csm_segment *glbk__csm_by_view(const glbk_csm__allocator *memory, const glbk_csm_builder *b,
-                                           size_t *ends)
-{
-    glbk_csm_segment *sorted =
-        (glbk_csm_segment *)glbk_csm__alloc_array(memory, b->segment_count, sizeof *sorted);
-    size_t i, sum = 0, n;
-    if (!sorted) return NULL;
-    memset(ends, 0, (size_t)b->next_view * sizeof *ends);
-    for (i = 0; i < b->segment_count; i++) ends[b->segments[i].first]++;
-    for (i = 0; i < b->next_view; i++) {
-        n = ends[i];
-        ends[i] = sum;
-        sum += n;
-    }
-    for (i = 0; i < b->segment_count; i++) sorted[ends[b->segments[i].first]++] = b->segments[i];
-    return sorted;
-}
-
-GLBK_DEF glbk_result glbk_csm_builder_replay(glbk_context *ctx, glbk_csm_builder *b,
-                                             glbk_csm_add_fn add_fn, void *user)
-{
-    glbk_csm__allocator memory;
-    glbk_csm_segment *sorted = NULL;
-    size_t *ends, at = 0, pixels;
-    float *z;
-    uint32_t view;
-    glbk_result result = glbk__require_created(ctx, __func__, "builder", b ? &b->block.name : NULL);
-
-    if (result == GLBK_OK) result = glbk__require(ctx, __func__, "add_fn", add_fn ? b : NULL);
     if (result != GLBK_OK) return result;
     if (!b->next_view)
         return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "builder", "has compressed no view yet");
-    result = glbk__csm_end_all(ctx, b);
-    if (result != GLBK_OK) return result;
-    memory = glbk_csm__memory(ctx);
-    pixels = (size_t)b->map_side * b->map_side;
-    z = (float *)glbk_csm__alloc_array(&memory, 3 * pixels, sizeof *z);
-    ends = (size_t *)glbk_csm__alloc_array(&memory, b->next_view, sizeof *ends);
-    if (z && ends) sorted = glbk__csm_by_view(&memory, b, ends);
-    if (!sorted) result = GLBK_ERR_ALLOC;
-    for (view = 0; view < b->next_view && result == GLBK_OK; view++) {
-        for (; at < ends[view]; at++) {
-            const glbk_csm_segment *s = &sorted[at];
-            glbk__csm_show(b, s->value, z + s->pixel, z + pixels + s->pixel, z + 2 * pixels + s->pixel);
-        }
-        if (add_fn(user, view, z, z + pixels, z + 2 * pixels) != 0)
-            result = glbk__refuse_value(ctx, GLBK_ERR_CANCELLED, __func__, "the view that add_fn refused",
-                                        view, "one that it takes");
-    }
-    glbk_csm__free(&memory, sorted);
-    glbk_csm__free(&memory, ends);
-    glbk_csm__free(&memory, z);
-    return result;
+    return glbk__csm_end_all(ctx, b);
 }
 
 /* ==== src/gl_csm/end.h ==== */

@@ -54,8 +54,8 @@ typedef struct cohsm_segment {      /* a run of views for which one depth serves
 COHSM_DEF cohsm_result cohsm_builder_import(cohsm_builder *builder, const cohsm_segment *segments,
                                             size_t count);
 /* Takes the segments of all views at once, in place of their layers: from whoever has found them, such as the
-   GPU. Nothing is compressed here; time goes by segments, not by views times pixels. cohsm_builder_finish
-   comes next; its stats have no empty_intervals and no open_entries then.
+   GPU (glbk_csm_builder_end). Nothing is compressed here; time goes by segments, not by views times pixels.
+   cohsm_builder_finish comes next; its stats have no empty_intervals and no open_entries then.
    segments   count of them. Those of a pixel come in the order of their views, and those of views below a
               multiple of 65,536 before those from there on. Each pixel has one that begins with view 0, and
               with each multiple of 65,536. Pixels outside the range of a shard are left out

@@ -74,7 +74,8 @@ GLBK_DEF void glbk_csm_bind(glbk_context *ctx, const glbk_csm_maps *maps, const 
 GLBK_DEF size_t glbk_csm_light_texels(const lsamp_light_desc *desc);
 /* Returns how many texels, of 16 bytes each, a light takes in a table, or 0 if it is refused or desc is NULL.
    This call and the next need no context. They serve renderers on another API, whose shaders have
-   lib/cohsm_light.glsl or a translation of it: examples/06b_csm_own_api.c. This one has no log: the next says
+   lib/cohsm_light.glsl or a translation of it: examples/06b_csm_own_api.c; there LSAMP_LIGHT_CALLBACK and
+   emission_fn are what your shader does with COHSM_OWN_LIGHT. This one has no log: the next says
    why a light is refused. */
 
 GLBK_DEF glbk_result glbk_csm_light_write(const lsamp_light_desc *desc, uint32_t *words);

@@ -1,44 +1,36 @@
 /* ---- building on the GPU ----
 
    A builder of this header draws the layers of views by depth peeling and finds their segments (equation 1).
-   csm.h then writes the block: its cohsm_builder is given layers for each view that keep exactly these
-   segments, so that the bytes are those which it would have made of the layers that were drawn. Views come
-   in batches:
+   csm.h then writes the block from the segments alone; its bytes are those which its builder would have made
+   of the layers that were drawn. Views come in batches:
 
        for (from = 0; from < view_count; from += n) {              // n <= b.batch
            glbk_csm_builder_draw(gl, &b, from, n);
            glbk_csm_builder_compress(gl, &b);
        }
-       glbk_csm_builder_replay(gl, &b, add, user);                 // add calls cohsm_builder_add */
+       glbk_csm_builder_end(gl, &b);
+       cohsm_builder_import(builder, b.segments, b.segment_count);
+       cohsm_builder_finish(builder, &maps, NULL); */
 
 typedef void (*glbk_csm_view_fn)(void *user, uint32_t index, cohsm_view *out);
-/* Writes the camera of a view, as cohsm_builder_view does. The builder reads matrix and depth_scale
-   alone. */
+/* Writes the camera of a view, as cohsm_builder_view does. The builder reads matrix and depth_scale, and of
+   views of positions with COHSM_LAYERS_Z1Z3_SPHERE also location and face. */
 
 typedef void (*glbk_csm_draw_fn)(void *user, glbk_context *ctx);
 /* Draws your object: it binds a vertex array with the position in object space, and draws. It changes neither
    program nor state. */
 
-typedef int (*glbk_csm_add_fn)(void *user, uint32_t index, const float *z1, const float *z2, const float *z3);
-/* Takes the layers of a view, as cohsm_builder_add does. A result other than 0 ends the replay. */
-
 typedef struct glbk_csm_builder_desc {
     const cohsm_desc *maps;             /* the desc that cohsm_builder_create gets; NULL = all defaults. Here
-                                           map_side, layers (COHSM_LAYERS_Z1Z3_SPHERE is refused: csm.h alone
-                                           builds it), depth_bits, open_thickness and self_only count, and
-                                           whether domain is of positions. Views are drawn whole, also for a
-                                           shard */
+                                           map_side, layers, depth_bits, open_thickness and self_only count,
+                                           with COHSM_LAYERS_Z1Z3_SPHERE center and radius, which must be
+                                           above 0, and whether domain is of positions. Views are drawn whole,
+                                           also for a shard */
     glbk_csm_view_fn  view_fn;          /* required, like draw_fn */
     glbk_csm_draw_fn  draw_fn;
     void             *user;             /* given to both */
     glbk_attributes   attributes;       /* of your object: position counts, all zero = 0 */
 } glbk_csm_builder_desc;                /* maps is read until glbk_csm_builder_create returns */
-
-typedef struct glbk_csm_segment {       /* private: of one pixel */
-    uint32_t first;                     /* the view that it begins with */
-    uint32_t pixel;
-    uint32_t value;                     /* lo | hi << 8 on the grid of depths, or an exact depth | 1 << 16 */
-} glbk_csm_segment;
 
 typedef struct glbk_csm_builder {       /* read only; zeroed = none */
     uint32_t              batch;        /* the most views that are drawn at once, a power of two */
@@ -53,6 +45,9 @@ typedef struct glbk_csm_builder {       /* read only; zeroed = none */
     float                 open_thickness;
     int                   positional;
     int                   self_only;
+    int                   sphere;
+    float                 center[3], radius;
+    float                 eyes[64][4];  /* of the views drawn last: see glbk_csm_peel */
     glbk_csm_view_fn      view_fn;
     glbk_csm_draw_fn      draw_fn;
     void                 *user;
@@ -71,7 +66,8 @@ typedef struct glbk_csm_builder {       /* read only; zeroed = none */
     int                   compute;
     uint32_t             *words;        /* what was read back */
     uint32_t             *firsts;       /* the first view of the open segment of each pixel */
-    glbk_csm_segment     *segments;
+    cohsm_segment        *segments;     /* not private: after glbk_csm_builder_end all of them, in the order
+                                           that cohsm_builder_import wants, until the builder is freed */
     size_t                segment_count;
     size_t                segment_room;
 } glbk_csm_builder;
@@ -99,14 +95,12 @@ GLBK_DEF glbk_result glbk_csm_builder_compress(glbk_context *ctx, glbk_csm_build
             were drawn, others come next, or they lie on both sides of a multiple of 65,536. GLBK_ERR_ALLOC,
             and those of glbk_target_read and glbk_buffer_read */
 
-GLBK_DEF glbk_result glbk_csm_builder_replay(glbk_context *ctx, glbk_csm_builder *builder,
-                                             glbk_csm_add_fn add_fn, void *user);
-/* Gives layers of all compressed views to add_fn, one view after the other. Call it once, after the last
-   view. In the cohsm_stats of such a build empty_intervals and open_entries mean nothing, since csm.h does
-   not see the layers that were drawn.
-   Memory   12 bytes a segment more, 8 bytes a view and 12 map_side^2 bytes while it runs
+GLBK_DEF glbk_result glbk_csm_builder_end(glbk_context *ctx, glbk_csm_builder *builder);
+/* Ends the segments that are open. Call it once, after the last view: builder->segments are complete then. In
+   the cohsm_stats of such a build empty_intervals and open_entries mean nothing, since csm.h does not see the
+   layers.
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or the builder was not created. GLBK_ERR_ORDER: no view was
-            compressed. GLBK_ERR_CANCELLED: add_fn returned something other than 0. GLBK_ERR_ALLOC */
+            compressed. GLBK_ERR_ALLOC */
 
 GLBK_DEF void glbk_csm_builder_free(glbk_context *ctx, glbk_csm_builder *builder);
 /* Deletes the builder's objects of GL, frees its memory and zeroes the struct. NULL is allowed. */

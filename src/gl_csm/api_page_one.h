@@ -119,8 +119,8 @@ struct glbk_csm_maps {              /* read only; zeroed = none */
 };
 
 /* A light is a lsamp_light_desc, and is refused if lsamp_light_init refuses it. The differences are these:
-   - LSAMP_LIGHT_CALLBACK and emission_fn are refused, too, since GPUs call no functions; LSAMP_LIGHT_SURFACE
-     and LSAMP_TEXELS_LINEAR are for CPUs only.
+   - LSAMP_LIGHT_CALLBACK and emission_fn are refused, too, since GPUs call no functions, unless GLSL of yours
+     stands for them (own).
    - cone_half_angle of a spot may reach pi.
    - A mesh is sampled triangle by triangle, in their order, by area, whereas lightsampling.h cuts it first;
      its places and radius do not matter here. Samples and their coordinates are those of lsamp_sample if the
@@ -135,6 +135,9 @@ typedef struct glbk_csm_lights_desc {
     const float            *patterns;       /* from lsamp_patterns_build; NULL = scrambled (0, 2)-sequences */
     uint32_t                pattern_length; /* S, 1..65536 with patterns, else 0; every light of a frame must
                                                then have S samples */
+    int                     own;            /* not 0: lights may be of LSAMP_LIGHT_CALLBACK or have an
+                                               emission_fn. Neither is called: renderers that draw them have
+                                               GLSL of yours in their place, glbk_csm_renderer_desc.light */
 } glbk_csm_lights_desc;
 
 struct glbk_csm_lights {            /* read only; zeroed = none */
@@ -142,6 +145,7 @@ struct glbk_csm_lights {            /* read only; zeroed = none */
     uint32_t     lobe_count;
     uint32_t     patterns_at;       /* texel of the first pattern */
     uint32_t     pattern_length;
+    int          own;
 };
 
 typedef struct glbk_csm_renderer_desc {
@@ -149,7 +153,23 @@ typedef struct glbk_csm_renderer_desc {
     uint32_t height;
     uint32_t lobe_count;            /* the most lobes of a material, 1..8; 0 = 1 */
     int      patterns;              /* not 0: lights are sampled by patterns, which their table must have */
+    const char *light;              /* GLSL of yours for shapes and emission, see below; NULL = none. It must
+                                       live as long as the renderer */
 } glbk_csm_renderer_desc;
+
+/* Lights by GLSL of your own: a shape of any kind (A of section 5) and emission by place and direction. The
+   text is compiled before the library's main, may declare functions and constants as it likes, and defines
+
+       void glbk_light_point(vec4 own, vec3 x, out vec3 position, out vec3 normal, out float area)
+           what lsamp_shape_fn does: the point of the surface at x in 0..1, the normal of the side that emits
+           (0 0 0: a volume), and d area / dx there. Asked for LSAMP_LIGHT_CALLBACK
+       vec3 glbk_light_emission(vec4 own, vec3 x, vec3 direction)
+           what lsamp_emission_fn does: factors of the radiance that leaves x along the direction, which for a
+           sky points to it. Asked for lights with an emission_fn, whichever function it is
+
+   own are the four numbers of glbk_csm_use: a time, the number of a light, whatever the text wants to know.
+   With the same numbers lightsampling.h draws the same samples by functions that compute the same. A fault in
+   the text comes as GLBK_ERR_COMPILE or GLBK_ERR_LINK from the call that compiles. */
 
 typedef struct glbk_csm_use {           /* a light in a frame */
     uint32_t             start;         /* which light: what glbk_csm_lights_create wrote for it */
@@ -158,6 +178,7 @@ typedef struct glbk_csm_use {           /* a light in a frame */
     cohsm_light_kind     ask;           /* what the samples ask the maps by: direction, position, ... */
     uint32_t             sample_count;  /* S, samples a pixel and frame, 1..65536 */
     uint32_t             seed;          /* of its random numbers; give each light another one */
+    float                own[4];        /* numbers for your GLSL */
 } glbk_csm_use;
 
 #define GLBK_CSM_MAX_PLANES 8u
@@ -200,6 +221,7 @@ struct glbk_csm_renderer {              /* read only; zeroed = none */
     glbk_program resolve;
     uint32_t     lobe_count;            /* of the desc, like patterns, width and height */
     int          patterns;
+    const char  *light;
     uint32_t     width;
     uint32_t     height;
     glbk_texture sums[2];               /* sums[now]: the sum of all frames, GLBK_FORMAT_COLOR */

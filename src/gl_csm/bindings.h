@@ -54,6 +54,7 @@
     X(uint, adds, 1)                /* 0: the sum begins with this pass */                      \
     X(float, frame_share, 1)        /* resolve: 1 / frames in the sum; 0: there are none */     \
     X(vec4, eye, 1)                 /* world; w is not used */                                  \
+    X(vec4, own, 1)                 /* numbers for GLSL of the user's */                        \
     X(vec4, planes, 8)              /* unit normal, distance from the origin */
 
 #ifndef GLBK_CSM_WITHOUT_BUILD
@@ -71,7 +72,10 @@
     X(uint, far_layer, 1)           /* not 0: COHSM_LAYERS_Z1Z3_FAR */                          \
     X(uint, positional, 1)          /* not 0: perspective views */                              \
     X(uint, self_only, 1)           /* as in cohsm_desc */                                      \
-    X(uint, pad0, 1) X(uint, pad1, 1)
+    X(uint, sphere, 1)              /* not 0: COHSM_LAYERS_Z1Z3_SPHERE */                       \
+    X(uint, pad0, 1)                                                                            \
+    X(vec4, eyes, 64)               /* of each view: place along the axes of its face, in radii about the \
+                                       sphere; a radius in depths */
 
 #define GLBK_CSM_BUILD_BLOCKS(X) X(glbk_csm_peel, 3, GLBK_CSM_PEEL_MEMBERS)
 #else

@@ -2,10 +2,8 @@
 
 enum {
     GLBK__CSM_ATLAS = 1024,         /* pixels a side at most */
-    GLBK__CSM_CHUNK = 65536,        /* views after which csm.h's lists begin anew */
-    GLBK__CSM_EXACT = 65536         /* of a segment's value: it is an exact depth */
+    GLBK__CSM_CHUNK = 65536         /* views after which csm.h's lists begin anew */
 };
-#define GLBK__CSM_NONE 2.0f         /* a depth above 1: there is no hit */
 
 /* Returns the greatest value of the grid of depths. */
 static uint32_t glbk__csm_top(const glbk_csm_builder *b)
@@ -105,11 +103,11 @@ static glbk_result glbk__csm_read_state(glbk_context *ctx, glbk_csm_builder *b)
 static int glbk__csm_keep(glbk_context *ctx, glbk_csm_builder *b, uint32_t pixel, uint32_t record,
                           uint32_t end)
 {
-    glbk_csm_segment *s;
+    cohsm_segment *s;
     if (b->segment_count == b->segment_room) {
         glbk_csm__allocator memory = glbk_csm__memory(ctx);
         size_t room = 2 * b->segment_room + 65536;
-        s = (glbk_csm_segment *)glbk_csm__alloc_array(&memory, room, sizeof *s);
+        s = (cohsm_segment *)glbk_csm__alloc_array(&memory, room, sizeof *s);
         if (!s) return 0;
         if (b->segment_count) memcpy(s, b->segments, b->segment_count * sizeof *s);
         glbk_csm__free(&memory, b->segments);
@@ -142,14 +140,17 @@ static glbk_result glbk__csm_take_maps(const glbk_context *ctx, const cohsm_desc
     out->map_side = d->map_side ? d->map_side : 128;
     out->depth_bits = d->depth_bits ? d->depth_bits : 8;
     out->open_thickness = d->open_thickness > 0 ? d->open_thickness : 8.0f;
-    out->layer_count = d->layers == COHSM_LAYERS_Z1Z3_FAR ? 3 : 2;
+    out->layer_count = d->layers == COHSM_LAYERS_Z1Z3_FAR || d->layers == COHSM_LAYERS_Z1Z3_SPHERE ? 3 : 2;
+    out->sphere = d->layers == COHSM_LAYERS_Z1Z3_SPHERE;
+    memcpy(out->center, d->center, sizeof out->center);
+    out->radius = d->radius;
     out->positional = glbk__csm_is_positional(&d->domain);
     out->self_only = d->self_only;
     if (out->map_side < 4 || out->map_side > 1024)
         return glbk__refuse_range(ctx, bad, function, "desc.maps->map_side", out->map_side, 4, 1024);
-    if (d->layers == COHSM_LAYERS_Z1Z3_SPHERE)
-        return glbk__refuse(ctx, bad, function, "desc.maps->layers",
-                            "is COHSM_LAYERS_Z1Z3_SPHERE, for CPUs only");
+    if (out->sphere && !(d->radius > 0 && glbk_csm__finite(d->radius)))
+        return glbk__refuse_value(ctx, bad, function, "desc.maps->radius", (double)d->radius,
+                                  "above 0 with COHSM_LAYERS_Z1Z3_SPHERE");
     if ((unsigned)d->layers >= COHSM_LAYERS_COUNT)
         return glbk__refuse_value(ctx, bad, function, "desc.maps->layers", (double)d->layers,
                                   "a COHSM_LAYERS_...");
@@ -263,6 +264,22 @@ static void glbk__csm_fill_block(const glbk_csm_builder *b, uint32_t views, glbk
     out->far_layer = b->layer_count == 3;
     out->positional = b->positional != 0;
     out->self_only = b->self_only != 0;
+    out->sphere = b->sphere != 0;
+}
+
+/* Notes where a view of positions stands, in radii about the sphere and along the axes of its face, whose
+   number is 2 axis, + 1 if it looks along the negative axis; and how deep a radius is. */
+static void glbk__csm_note_eye(glbk_csm_builder *b, const cohsm_view *view, uint32_t i)
+{
+    static const uint8_t next[3] = { 1, 2, 0 };
+    uint32_t k, axis = (view->face >> 1) % 3;
+    float *e = b->eyes[i];
+    for (k = 0; k < 3; k++) {
+        axis = next[axis];
+        e[k] = (view->location[axis] - b->center[axis]) / b->radius;
+    }
+    if (view->face & 1) e[2] = -e[2];
+    e[3] = b->radius * view->depth_scale;
 }
 
 GLBK_DEF glbk_result glbk_csm_builder_draw(glbk_context *ctx, glbk_csm_builder *b, uint32_t from,
@@ -288,6 +305,7 @@ GLBK_DEF glbk_result glbk_csm_builder_draw(glbk_context *ctx, glbk_csm_builder *
         pass.target = &b->layer_targets[layer];
         for (i = 0; i < count; i++) {
             b->view_fn(b->user, from + i, &view);
+            if (b->sphere && b->positional && !layer) glbk__csm_note_eye(b, &view, i);
             memcpy(block.view, view.matrix, sizeof block.view);
             block.depth_scale = view.depth_scale;
             result = glbk__put_block(ctx, GLBK_SLOT_glbk_csm_peel, &b->block, &block);
@@ -391,6 +409,7 @@ GLBK_DEF glbk_result glbk_csm_builder_compress(glbk_context *ctx, glbk_csm_build
     if (result == GLBK_OK) result = glbk__csm_check_batch(ctx, b);
     if (result != GLBK_OK) return result;
     glbk__csm_fill_block(b, b->drawn, &block);
+    memcpy(block.eyes, b->eyes, sizeof b->eyes);
     result = glbk_buffer_update(ctx, &b->block, 0, sizeof block, &block);
     if (result == GLBK_OK) result = glbk__csm_write_state(ctx, b);
     while (left && result == GLBK_OK) {
@@ -403,83 +422,12 @@ GLBK_DEF glbk_result glbk_csm_builder_compress(glbk_context *ctx, glbk_csm_build
     return b->next_view % GLBK__CSM_CHUNK == 0 ? glbk__csm_end_all(ctx, b) : GLBK_OK;
 }
 
-/* Returns a depth whose 16 bits are d <= 65533. */
-static float glbk__csm_layer_depth(uint32_t d)
+GLBK_DEF glbk_result glbk_csm_builder_end(glbk_context *ctx, glbk_csm_builder *b)
 {
-    return d < 65533 ? ((float)d + 0.5f) / 65533.0f : 1.0f;
-}
+    const glbk_result result = glbk__require_created(ctx, __func__, "builder", b ? &b->block.name : NULL);
 
-/* Writes depths of layers whose interval is just the values that a segment may have: lo .. hi of the grid, or
-   one exact depth. */
-static void glbk__csm_show(const glbk_csm_builder *b, uint32_t value, float *z1, float *z2, float *z3)
-{
-    uint32_t top = glbk__csm_top(b), lo = value & 255u, hi = value >> 8 & 255u;
-    int far_layers = b->layer_count == 3;
-
-    *z1 = *z2 = *z3 = GLBK__CSM_NONE;
-    if (value & GLBK__CSM_EXACT) {              /* all layers in one place: an interval of that depth alone */
-        *z1 = *z2 = *z3 = glbk__csm_layer_depth(value & 0xffffu);
-        return;
-    }
-    if (lo == top || (b->self_only && !lo && hi == top)) return;       /* nothing hit */
-    *z1 = *z2 = glbk__csm_layer_depth(lo * 65535u / top);
-    if (hi == top) return;                      /* the interval has no end */
-    *(far_layers ? z3 : z2) = glbk__csm_layer_depth(hi * 65535u / top + 1u);
-}
-
-/* Returns the segments in the order of their first views, or NULL without memory. ends[v] receives where
-   those of view v end. */
-static glbk_csm_segment *glbk__csm_by_view(const glbk_csm__allocator *memory, const glbk_csm_builder *b,
-                                           size_t *ends)
-{
-    glbk_csm_segment *sorted =
-        (glbk_csm_segment *)glbk_csm__alloc_array(memory, b->segment_count, sizeof *sorted);
-    size_t i, sum = 0, n;
-    if (!sorted) return NULL;
-    memset(ends, 0, (size_t)b->next_view * sizeof *ends);
-    for (i = 0; i < b->segment_count; i++) ends[b->segments[i].first]++;
-    for (i = 0; i < b->next_view; i++) {
-        n = ends[i];
-        ends[i] = sum;
-        sum += n;
-    }
-    for (i = 0; i < b->segment_count; i++) sorted[ends[b->segments[i].first]++] = b->segments[i];
-    return sorted;
-}
-
-GLBK_DEF glbk_result glbk_csm_builder_replay(glbk_context *ctx, glbk_csm_builder *b,
-                                             glbk_csm_add_fn add_fn, void *user)
-{
-    glbk_csm__allocator memory;
-    glbk_csm_segment *sorted = NULL;
-    size_t *ends, at = 0, pixels;
-    float *z;
-    uint32_t view;
-    glbk_result result = glbk__require_created(ctx, __func__, "builder", b ? &b->block.name : NULL);
-
-    if (result == GLBK_OK) result = glbk__require(ctx, __func__, "add_fn", add_fn ? b : NULL);
     if (result != GLBK_OK) return result;
     if (!b->next_view)
         return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "builder", "has compressed no view yet");
-    result = glbk__csm_end_all(ctx, b);
-    if (result != GLBK_OK) return result;
-    memory = glbk_csm__memory(ctx);
-    pixels = (size_t)b->map_side * b->map_side;
-    z = (float *)glbk_csm__alloc_array(&memory, 3 * pixels, sizeof *z);
-    ends = (size_t *)glbk_csm__alloc_array(&memory, b->next_view, sizeof *ends);
-    if (z && ends) sorted = glbk__csm_by_view(&memory, b, ends);
-    if (!sorted) result = GLBK_ERR_ALLOC;
-    for (view = 0; view < b->next_view && result == GLBK_OK; view++) {
-        for (; at < ends[view]; at++) {
-            const glbk_csm_segment *s = &sorted[at];
-            glbk__csm_show(b, s->value, z + s->pixel, z + pixels + s->pixel, z + 2 * pixels + s->pixel);
-        }
-        if (add_fn(user, view, z, z + pixels, z + 2 * pixels) != 0)
-            result = glbk__refuse_value(ctx, GLBK_ERR_CANCELLED, __func__, "the view that add_fn refused",
-                                        view, "one that it takes");
-    }
-    glbk_csm__free(&memory, sorted);
-    glbk_csm__free(&memory, ends);
-    glbk_csm__free(&memory, z);
-    return result;
+    return glbk__csm_end_all(ctx, b);
 }

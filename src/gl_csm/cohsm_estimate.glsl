@@ -39,7 +39,7 @@ vec3 cohsm_numbers(const in cohsm_estimator e, uint pixel, uint k)
     u.xy = cohsm_sobol2(index, key);
 #endif
     u.z = 0.0;
-    if (COHSM_SHAPE_OF(e.light) == COHSM_SHAPE_MESH) u.z = cohsm_random(key, 0x9e3779b9u, index);
+    if (COHSM_SHAPE_OF(e.light) >= COHSM_SHAPE_OWN) u.z = cohsm_random(key, 0x9e3779b9u, index);
     return u;
 }
 
@@ -54,7 +54,7 @@ cohsm_estimator cohsm_estimator_at(cohsm_surface surface, const in cohsm_light l
     e.surface = surface;
     e.light = light;
     e.reachable = cohsm_aim_at(light, position, e.aim) && !surface.black;
-    bool unseen = cohsm_light_is_delta(light) || COHSM_SHAPE_OF(light) == COHSM_SHAPE_MESH;
+    bool unseen = cohsm_light_is_delta(light) || COHSM_SHAPE_OF(light) >= COHSM_SHAPE_OWN;
     bool distant = COHSM_SHAPE_OF(light) == COHSM_SHAPE_ENVIRONMENT;
     e.split = distant && sampling == COHSM_SAMPLING_PAPER;
     e.light_share = 1.0;

@@ -4,7 +4,8 @@
 //
 // COHSM_LIGHT_TEXEL(i) is texel i of the table of lights, a uvec4, as glbk_csm_light_write writes it
 // (docs/gpu-layouts.md). COHSM_ONE_SHAPE may be defined as the shape of all lights; the code for others is
-// gone then.
+// gone then. COHSM_OWN_LIGHT may be defined if the program has glbk_light_point and glbk_light_emission, the
+// user's functions for shapes and emission.
 // uses: cohsm_math cohsm_octa
 #ifndef COHSM_LIGHT_TEXEL
 #error "cohsm_light: COHSM_LIGHT_TEXEL(i), texel i of the lights"
@@ -18,7 +19,13 @@
 #define COHSM_SHAPE_RECTANGLE 6u
 #define COHSM_SHAPE_DISC 7u
 #define COHSM_SHAPE_SPHERE 8u
+#define COHSM_SHAPE_OWN 9u      // the user's glbk_light_point
 #define COHSM_SHAPE_MESH 10u    // a table of triangles: u.x picks one by area, y and z a point in it
+#define COHSM_SHAPE_SURFACE 11u // a grid of points
+#ifdef COHSM_OWN_LIGHT
+void glbk_light_point(vec4 own, vec3 x, out vec3 position, out vec3 normal, out float area);
+vec3 glbk_light_emission(vec4 own, vec3 x, vec3 direction);
+#endif
 #ifdef COHSM_ONE_SHAPE
 #define COHSM_SHAPE_OF(l) uint(COHSM_ONE_SHAPE)
 #else
@@ -31,11 +38,12 @@ struct cohsm_light {
     uint  shape;                // COHSM_SHAPE_...
     uint  width;                // of L
     uint  height;
-    uint  flags;                // 1: L is there; 2: a rectangle with right angles
+    uint  flags;                // 1: L is there; 2: a rectangle with right angles; 4: L is linear between
+                                // centres; 8: its columns go round, 16: those of a surface; 32: own emission
     uint  texels_at;            // texels of L, of running sums, of triangles
     uint  sums_at;
     uint  triangles_at;
-    uint  triangle_count;
+    uint  triangle_count;       // of a surface: its width, and its height in the upper half
     vec3  origin;               // position, centre, corner or start
     vec3  n;                    // normal, axis or direction
     vec3  ex;                   // dual edge of u; of a disc its x axis
@@ -43,7 +51,7 @@ struct cohsm_light {
     vec3  u;
     vec3  v;
     vec3  radiance;
-    vec3  tint;                 // a texel's density is tint . texel
+    vec4  own;                  // numbers of the user's
     float radius,
           lx,                   // length of u
           ly,                   // length of v
@@ -72,14 +80,17 @@ struct cohsm_emission {
     float pdf;                  // per solid angle
 };
 
+// Returns texel i of the table as floats.
+vec4 cohsm_floats(uint i) { return uintBitsToFloat(COHSM_LIGHT_TEXEL(i)); }
+
 // Reads the light that begins at a texel.
 cohsm_light cohsm_light_open(uint base)
 {
     cohsm_light l;
     uvec4 a = COHSM_LIGHT_TEXEL(base), b = COHSM_LIGHT_TEXEL(base + 1u);
-    vec4 c = uintBitsToFloat(COHSM_LIGHT_TEXEL(base + 2u)), d = uintBitsToFloat(COHSM_LIGHT_TEXEL(base + 3u));
-    vec4 e = uintBitsToFloat(COHSM_LIGHT_TEXEL(base + 4u)), f = uintBitsToFloat(COHSM_LIGHT_TEXEL(base + 5u));
-    vec4 g = uintBitsToFloat(COHSM_LIGHT_TEXEL(base + 6u)), h = uintBitsToFloat(COHSM_LIGHT_TEXEL(base + 7u));
+    vec4 c = cohsm_floats(base + 2u), d = cohsm_floats(base + 3u);
+    vec4 e = cohsm_floats(base + 4u), f = cohsm_floats(base + 5u);
+    vec4 g = cohsm_floats(base + 6u), h = cohsm_floats(base + 7u);
     l.base = base;
     l.shape = a.x;
     l.width = a.y;
@@ -99,12 +110,12 @@ cohsm_light cohsm_light_open(uint base)
     l.area = f.w;
     l.radiance = g.xyz;
     l.cos_cone = g.w;
-    l.tint = h.xyz;
+    l.own = vec4(0.0);
     l.turn = h.w;
-    c = uintBitsToFloat(COHSM_LIGHT_TEXEL(base + 8u));
+    c = cohsm_floats(base + 8u);
     l.u = c.xyz;
     l.cosine_power = c.w;
-    l.v = uintBitsToFloat(COHSM_LIGHT_TEXEL(base + 9u)).xyz;
+    l.v = cohsm_floats(base + 9u).xyz;
     return l;
 }
 
@@ -119,22 +130,30 @@ bool cohsm_light_is_delta(const in cohsm_light l)
 // Returns the cell of `count` that x in 0..1 falls into.
 uint cohsm_index(float x, uint count) { return min(uint(x * float(count)), count - 1u); }
 
-// Returns texel x, y of L.
-vec3 cohsm_light_texel(const in cohsm_light l, uint x, uint y)
+// Returns texel x, y of L, and in w the density of its samples.
+vec4 cohsm_light_texel(const in cohsm_light l, uint x, uint y)
 {
-    if (!cohsm_light_textured(l)) return vec3(1.0);
-    return uintBitsToFloat(COHSM_LIGHT_TEXEL(l.texels_at + y * l.width + x)).xyz;
+    return cohsm_floats(l.texels_at + y * l.width + x);
 }
 
-vec3 cohsm_texel_at(const in cohsm_light l, vec2 x)
+// Returns L at coordinates x, and in w the density of samples there, which is 1 in the mean. L is that of the
+// nearest texel, or linear between centres; the density is that of the nearest texel.
+vec4 cohsm_texel_at(const in cohsm_light l, vec2 x)
 {
-    return cohsm_light_texel(l, cohsm_index(x.x, l.width), cohsm_index(x.y, l.height));
-}
-
-// Returns the density of samples at coordinates x, which is 1 in the mean.
-float cohsm_density(const in cohsm_light l, vec2 x)
-{
-    return cohsm_light_textured(l) ? dot(cohsm_texel_at(l, x), l.tint) : 1.0;
+    if (!cohsm_light_textured(l)) return vec4(1.0);
+    uint i = cohsm_index(x.x, l.width), j = cohsm_index(x.y, l.height);
+    vec4 a = cohsm_light_texel(l, i, j);
+    if ((l.flags & 4u) == 0u) return a;
+    vec2 f = vec2(x.x * float(l.width) - (float(i) + 0.5), x.y * float(l.height) - (float(j) + 0.5));
+    bool round_about = (l.flags & 8u) != 0u;
+    uint before = cohsm_if(i > 0u, i - 1u, cohsm_if(round_about, l.width - 1u, 0u));
+    uint after = cohsm_if(i + 1u < l.width, i + 1u, cohsm_if(round_about, 0u, i));
+    uint i2 = f.x < 0.0 ? before : after;
+    uint j2 = cohsm_if(f.y < 0.0, max(j, 1u) - 1u, min(j + 1u, l.height - 1u));
+    f = abs(f);
+    vec3 row = a.xyz * (1.0 - f.x) + cohsm_light_texel(l, i2, j).xyz * f.x;
+    vec3 other = cohsm_light_texel(l, i, j2).xyz * (1.0 - f.x) + cohsm_light_texel(l, i2, j2).xyz * f.x;
+    return vec4(row * (1.0 - f.y) + other * f.y, a.w);
 }
 
 // Returns the cell of running sums that u falls into, and where inside. Each of the `count` texels from `at`
@@ -146,14 +165,14 @@ uint cohsm_invert(uint at, uint count, float u, out float fraction)
     uint lo = t.z, hi = t.w;
     while (hi - lo > 1u) {
         uint middle = lo + (hi - lo) / 2u;
-        bool later = uintBitsToFloat(COHSM_LIGHT_TEXEL(at + middle).x) <= u;
+        bool later = cohsm_floats(at + middle).x <= u;
         lo = later ? middle : lo;
         hi = later ? hi : middle;
     }
-    vec2 sums = uintBitsToFloat(COHSM_LIGHT_TEXEL(at + lo).xy);
-    while (lo + 1u < count && sums.y <= u) sums = uintBitsToFloat(COHSM_LIGHT_TEXEL(at + ++lo).xy);
+    vec2 sums = cohsm_floats(at + lo).xy;
+    while (lo + 1u < count && sums.y <= u) sums = cohsm_floats(at + ++lo).xy;
     while (lo > 0u && (sums.x > u || !(sums.y > sums.x)))
-        sums = uintBitsToFloat(COHSM_LIGHT_TEXEL(at + --lo).xy);
+        sums = cohsm_floats(at + --lo).xy;
     fraction = cohsm_clamp_unit((u - sums.x) / (sums.y - sums.x));
     return lo;
 }
@@ -181,11 +200,18 @@ bool cohsm_emit(const in cohsm_light l, vec3 texel, float cosine, inout cohsm_em
 {
     e.radiance = l.radiance * texel;
     if (l.cosine_power > 0.0) e.radiance *= cohsm_pow(cosine, l.cosine_power);
+#ifdef COHSM_OWN_LIGHT
+    if ((l.flags & 32u) != 0u) {
+        vec3 away = cohsm_if(COHSM_SHAPE_OF(l) == COHSM_SHAPE_ENVIRONMENT, e.direction, -e.direction);
+        e.radiance *= max(glbk_light_emission(l.own, e.coords, away), vec3(0.0));
+    }
+#endif
     return cohsm_finite3(e.radiance) && e.radiance.x + e.radiance.y + e.radiance.z > 0.0;
 }
 
-// Sets the emission of a point q of the surface, with the normal n, coordinates x and a density per area, as
-// the aim's point sees it; returns whether it sees any.
+// Sets the emission of a point q of the surface, with the normal n (0: a volume) and coordinates x, as the
+// aim's point sees it; returns whether it sees any. area_pdf is the density of samples per area where that
+// over the coordinates is 1.
 bool cohsm_emit_area(const in cohsm_light l, const in cohsm_aim a, vec3 q, vec3 n, vec2 x, float area_pdf,
                      inout cohsm_emission e)
 {
@@ -194,13 +220,17 @@ bool cohsm_emit_area(const in cohsm_light l, const in cohsm_aim a, vec3 q, vec3 
     if (!(range > 0.0) || !cohsm_finite(square)) return false;
     vec3 w = d * (1.0 / range);
     float cosine = -dot(n, w);
+#ifdef COHSM_OWN_LIGHT
+    cosine = n == vec3(0.0) ? 1.0 : cosine;
+#endif
     if (!(cosine > 1e-7)) return false;
     cosine = min(cosine, 1.0);
     e.coords.xy = vec2(cohsm_clamp_unit(x.x), cohsm_clamp_unit(x.y));
     e.range = range;
-    e.pdf = cohsm_if(a.solid_pdf > 0.0, a.solid_pdf, area_pdf * square / cosine);
+    vec4 texel = cohsm_texel_at(l, x);
+    e.pdf = cohsm_if(a.solid_pdf > 0.0, a.solid_pdf, texel.w * area_pdf * square / cosine);
     e.direction = w;
-    return cohsm_emit(l, cohsm_texel_at(l, x), cosine, e);
+    return cohsm_emit(l, texel.xyz, cosine, e);
 }
 
 // ---- environment ----
@@ -208,13 +238,15 @@ bool cohsm_emit_area(const in cohsm_light l, const in cohsm_aim a, vec3 q, vec3 
 // Sets the emission of a texel of the sky in direction w.
 bool cohsm_environment_found(const in cohsm_light l, uvec2 cell, vec2 x, vec3 w, inout cohsm_emission e)
 {
-    vec3 texel = cohsm_light_texel(l, cell.x, cell.y);
+    vec4 texel = cohsm_light_texel(l, cell.x, cell.y);
+    if ((l.flags & 4u) != 0u)
+        texel.xyz = cohsm_texel_at(l, vec2(cohsm_clamp_unit(x.x), cohsm_clamp_unit(x.y))).xyz;
     x.x -= l.turn;
     e.coords.xy = vec2(cohsm_clamp_unit(x.x - floor(x.x)), cohsm_clamp_unit(x.y));
     e.range = COHSM_INFINITY;
-    e.pdf = dot(texel, l.tint);
+    e.pdf = texel.w;
     e.direction = w;
-    return cohsm_emit(l, texel, 1.0, e) && e.pdf > 0.0;
+    return cohsm_emit(l, texel.xyz, 1.0, e) && e.pdf > 0.0;
 }
 
 // Returns cos(pi y / h), near the poles to the last digits too.
@@ -331,8 +363,7 @@ bool cohsm_line_at(const in cohsm_light l, const in cohsm_aim a, float x, float 
     float cosine = cohsm_safe_sqrt(1.0 - sine * sine);
     vec3 n = a.axis * cosine + cross(l.n, a.axis) * sine;
     vec3 q = (l.origin + l.n * (x * l.lx)) + n * l.radius;
-    return cohsm_emit_area(l, a, q, n, vec2(x, 0.0),
-                           cohsm_density(l, vec2(x, 0.0)) * cosine / (2.0 * a.spread * l.radius * l.lx), e);
+    return cohsm_emit_area(l, a, q, n, vec2(x, 0.0), cosine / (2.0 * a.spread * l.radius * l.lx), e);
 }
 
 // Sets the emission of a sphere where its normal is n.
@@ -340,7 +371,7 @@ bool cohsm_sphere_at(const in cohsm_light l, const in cohsm_aim a, vec3 n, inout
 {
     vec2 x = vec2(cohsm_clamp_unit(0.5 + cohsm_atan2(n.z, n.x) / (2.0 * COHSM_PI)),
                   cohsm_clamp_unit(0.5 * (1.0 - n.y)));
-    return cohsm_emit_area(l, a, l.origin + n * l.radius, n, x, cohsm_density(l, x) / l.area, e);
+    return cohsm_emit_area(l, a, l.origin + n * l.radius, n, x, 1.0 / l.area, e);
 }
 
 bool cohsm_sphere_draw(const in cohsm_light l, const in cohsm_aim a, vec2 u, inout cohsm_emission e)
@@ -382,6 +413,9 @@ bool cohsm_delta_draw(const in cohsm_light l, const in cohsm_aim a, inout cohsm_
     return cohsm_emit(l, vec3(scale), 1.0, e);
 }
 
+// Returns corner i of a mesh's triangles, or point i of a surface, counted along its rows.
+vec3 cohsm_light_corner(const in cohsm_light l, uint i) { return cohsm_floats(l.triangles_at + i).xyz; }
+
 // Draws a point of a mesh. Each triangle has three texels: a corner each and, in w of the first, the share of
 // all area up to the end of this triangle.
 bool cohsm_mesh_draw(const in cohsm_light l, const in cohsm_aim a, vec3 u, inout cohsm_emission e)
@@ -389,17 +423,54 @@ bool cohsm_mesh_draw(const in cohsm_light l, const in cohsm_aim a, vec3 u, inout
     uint lo = 0u, hi = l.triangle_count - 1u;
     while (lo < hi) {
         uint middle = (lo + hi) / 2u;
-        bool later = uintBitsToFloat(COHSM_LIGHT_TEXEL(l.triangles_at + 3u * middle).w) <= u.x;
+        bool later = cohsm_floats(l.triangles_at + 3u * middle).w <= u.x;
         lo = cohsm_if(later, middle + 1u, lo);
         hi = later ? hi : middle;
     }
-    vec3 v0 = uintBitsToFloat(COHSM_LIGHT_TEXEL(l.triangles_at + 3u * lo).xyz);
-    vec3 v1 = uintBitsToFloat(COHSM_LIGHT_TEXEL(l.triangles_at + 3u * lo + 1u).xyz);
-    vec3 v2 = uintBitsToFloat(COHSM_LIGHT_TEXEL(l.triangles_at + 3u * lo + 2u).xyz);
+    lo *= 3u;
+    vec3 v0 = cohsm_light_corner(l, lo), v1 = cohsm_light_corner(l, lo + 1u);
+    vec3 v2 = cohsm_light_corner(l, lo + 2u);
     float root = sqrt(u.y), c = root * u.z;
     vec3 q = v0 * (1.0 - root) + v1 * (root * (1.0 - u.z)) + v2 * c;
     e.coords.z = u.z;
-    return cohsm_emit_area(l, a, q, cohsm_normalize(cross(v1 - v0, v2 - v0)), u.xy, 1.0 / l.area, e);
+    vec3 n = cohsm_normalize(cross(v1 - v0, v2 - v0));
+    return cohsm_emit_area(l, a, q, n, u.xy, 1.0 / l.area, e);
+}
+
+// Writes what is at coordinates x of a surface, a grid of points between which it is bilinear: the point, a
+// normal of any length, d area / dx.
+void cohsm_surface_point(const in cohsm_light l, vec2 x, out vec3 q, out vec3 n, out float area)
+{
+    uint width = l.triangle_count & 0xffffu, rows = (l.triangle_count >> 16) - 1u;
+    uint columns = cohsm_if((l.flags & 16u) != 0u, width, width - 1u);
+    uint i = cohsm_index(x.x, columns), j = cohsm_index(x.y, rows);
+    uint next = cohsm_if(i + 1u < width, i + 1u, 0u), at = j * width;
+    vec2 f = vec2(x.x * float(columns) - float(i), x.y * float(rows) - float(j));
+    vec3 p0 = cohsm_light_corner(l, at + i), p1 = cohsm_light_corner(l, at + next);
+    vec3 p2 = cohsm_light_corner(l, at + width + i), p3 = cohsm_light_corner(l, at + width + next);
+    vec3 along = (p1 - p0) * (1.0 - f.y) + (p3 - p2) * f.y;
+    vec3 across = (p2 - p0) * (1.0 - f.x) + (p3 - p1) * f.x;
+    q = (p0 + (p1 - p0) * f.x) + across * f.y;
+    n = cross(along * float(columns), across * float(rows));
+    area = sqrt(dot(n, n));
+}
+
+// Draws a point of a surface, or of the user's own shape, whose third coordinate is u.z.
+bool cohsm_shape_draw(const in cohsm_light l, const in cohsm_aim a, vec3 u, inout cohsm_emission e)
+{
+    vec2 x = cohsm_pick_coords(l, u.xy);
+    vec3 q, n;
+    float area;
+    e.coords = vec3(x, u.z);
+#ifdef COHSM_OWN_LIGHT
+    if (COHSM_SHAPE_OF(l) == COHSM_SHAPE_OWN) glbk_light_point(l.own, e.coords, q, n, area);
+    else cohsm_surface_point(l, x, q, n, area);
+#else
+    cohsm_surface_point(l, x, q, n, area);
+#endif
+    if (!cohsm_finite3(q) || !cohsm_finite3(n) || !cohsm_finite(area) || !(area > 0.0)) return false;
+    if (dot(n, n) > 0.0) n = cohsm_normalize(n);
+    return cohsm_emit_area(l, a, q, n, x, 1.0 / area, e);
 }
 
 // Draws a point of the light in proportion to its texture (P_L), and returns whether the aim's point gets any
@@ -408,10 +479,11 @@ bool cohsm_light_draw(const in cohsm_light l, const in cohsm_aim a, vec3 u, out 
 {
     e = cohsm_emission(vec3(0.0), 0.0, vec3(0.0), vec3(0.0), 0.0);
     if (COHSM_SHAPE_OF(l) == COHSM_SHAPE_ENVIRONMENT) return cohsm_environment_draw(l, u.xy, e);
-    if (COHSM_SHAPE_OF(l) >= COHSM_SHAPE_SUN && COHSM_SHAPE_OF(l) <= COHSM_SHAPE_SPOT)
-        return cohsm_delta_draw(l, a, e);
+    if (cohsm_light_is_delta(l)) return cohsm_delta_draw(l, a, e);
     if (COHSM_SHAPE_OF(l) == COHSM_SHAPE_SPHERE) return cohsm_sphere_draw(l, a, u.xy, e);
     if (COHSM_SHAPE_OF(l) == COHSM_SHAPE_MESH) return cohsm_mesh_draw(l, a, u, e);
+    if (COHSM_SHAPE_OF(l) == COHSM_SHAPE_SURFACE || COHSM_SHAPE_OF(l) == COHSM_SHAPE_OWN)
+        return cohsm_shape_draw(l, a, u, e);
     vec2 x = a.solid_pdf > 0.0 ? cohsm_rectangle_pick(a, u.xy) : cohsm_pick_coords(l, u.xy);
     if (COHSM_SHAPE_OF(l) == COHSM_SHAPE_LINE)
         return cohsm_line_at(l, a, x.x, (2.0 * u.y - 1.0) * a.spread, e);
@@ -421,7 +493,7 @@ bool cohsm_light_draw(const in cohsm_light l, const in cohsm_aim a, vec3 u, out 
         q = l.origin + (l.ex * p.x + l.ey * p.y) * l.radius;
     } else
         q = l.origin + (l.u * x.x + l.v * x.y);
-    return cohsm_emit_area(l, a, q, l.n, x, cohsm_density(l, x) / l.area, e);
+    return cohsm_emit_area(l, a, q, l.n, x, 1.0 / l.area, e);
 }
 
 // Finds where a ray hits a rectangle or disc.
@@ -438,7 +510,7 @@ bool cohsm_plane_hit(const in cohsm_light l, const in cohsm_aim a, vec3 w, inout
         x = cohsm_disc_square(x);
     } else if (!(x.x >= 0.0 && x.x < 1.0 && x.y >= 0.0 && x.y < 1.0))
         return false;
-    return cohsm_emit_area(l, a, l.origin + d, l.n, x, cohsm_density(l, x) / l.area, e);
+    return cohsm_emit_area(l, a, l.origin + d, l.n, x, 1.0 / l.area, e);
 }
 
 // Finds where a ray hits a sphere or line: at the nearer root, measured from the foot of the perpendicular.

@@ -35,14 +35,33 @@ uint csm_depth16(uint bits)
     return z <= 1.0 ? uint(clamp(z * 65533.0, 0.0, 65533.0)) : 65535u;
 }
 
-// Returns the interval of depths that separate the layers at one texel of the tiles.
-uvec2 csm_interval(ivec2 at)
+// Returns the 16-bit depth at which the ray of a pixel of a view leaves the bounding sphere.
+uint csm_leave(ivec2 pixel, uint view)
+{
+    vec2 p = (vec2(pixel) + 0.5) / float(glbk_csm_peel.side) * 2.0 - 1.0;
+    if (glbk_csm_peel.positional == 0u) {
+        float square = 1.0 - p.x * p.x - p.y * p.y;
+        return csm_depth16(floatBitsToUint(0.5 + 0.5 * sqrt(square > 0.0 ? square : 0.0)));
+    }
+    vec4 e = glbk_csm_peel.eyes[view];
+    float a = p.x * p.x + p.y * p.y + 1.0, b = e.x * p.x + e.y * p.y + e.z;
+    float c = e.x * e.x + e.y * e.y + e.z * e.z - 1.0, disc = b * b - a * c;
+    if (!(disc > 0.0)) return 0u;
+    return csm_depth16(floatBitsToUint(clamp((sqrt(disc) - b) / a * e.w, 0.0, 1.0)));
+}
+
+// Returns the interval of depths that separate the layers at one texel of the tiles, of a pixel of a view.
+uvec2 csm_interval(ivec2 at, ivec2 pixel, uint view)
 {
     uint z1 = csm_depth16(texelFetch(glbk_csm_layer0, at, 0).x), upper;
     if (z1 == 65535u) return uvec2(glbk_csm_peel.self_only != 0u ? 0u : 65535u, 65535u);
     if (glbk_csm_peel.far_layer != 0u) {
         upper = csm_depth16(texelFetch(glbk_csm_layer2, at, 0).x);
-        if (upper == 65535u) return uvec2(z1, 65535u);
+        if (upper == 65535u && glbk_csm_peel.sphere == 0u) return uvec2(z1, 65535u);
+        if (upper == 65535u) {
+            upper = csm_depth16(texelFetch(glbk_csm_layer1, at, 0).x);
+            upper = max(csm_leave(pixel, view), upper == 65535u ? z1 : upper) + 1u;
+        }
     } else {
         upper = csm_depth16(texelFetch(glbk_csm_layer1, at, 0).x);
         float thickness = glbk_csm_peel.open_thickness;
@@ -58,7 +77,7 @@ csm_ended csm_compress(ivec2 pixel, inout csm_open o)
     uint side = glbk_csm_peel.side, across = glbk_csm_peel.tiles_across, top = glbk_csm_peel.depth_top;
     csm_ended ended = csm_ended(0u, uvec4[3](uvec4(0u), uvec4(0u), uvec4(0u)));
     for (; o.next < glbk_csm_peel.view_count && ended.count < 11u; o.next++) {
-        uvec2 z = csm_interval(pixel + ivec2(uvec2(o.next % across, o.next / across) * side));
+        uvec2 z = csm_interval(pixel + ivec2(uvec2(o.next % across, o.next / across) * side), pixel, o.next);
         uint lo = (z.x * top + 65534u) / 65535u, hi = ((z.y + 1u) * top - 1u) / 65535u;
         uint both_lo = max(o.lo, lo), both_hi = min(o.hi, hi);
         bool fresh = false;

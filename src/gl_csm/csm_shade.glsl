@@ -29,6 +29,7 @@ vec4 csm_shade(glbk_point p, uint pixel)
     uint count = glbk_csm_scene.count, samples = glbk_csm_frame.sample_count;
     cohsm_light light = cohsm_light_open(glbk_csm_frame.light_texel);
     light.shape = uint(CSM_SHAPE);
+    light.own = glbk_csm_frame.own;
     cohsm_material material = cohsm_material(p.kind, p.diffuse, p.specular, p.exponent, p.metallic,
                                              p.roughness, p.lobe, p.lobe_count);
     vec3 view = cohsm_normalize(glbk_csm_frame.eye.xyz - p.position);

@@ -73,46 +73,76 @@ static float glbk__csm_film_at(const glbk__csm_film *film, size_t i)
     return a * (1 - film->blend) + b * film->blend;
 }
 
-/* Writes the texels of L and the running sums of each row and of all rows. Returns what turns a texel into
-   its density. */
-static glbk_csm__v3 glbk__csm_texture(const lsamp_light_desc *d, uint32_t *words, uint32_t w, uint32_t h)
+/* Returns the density of samples of texel x, y of those that stand in a table, but for a factor that all have
+   in common: tint times the mean of L over the texel. Where L is linear between centres, that mean is
+   (a + 6 b + c) / 8 along each coordinate, as in lightsampling.h. */
+static float glbk__csm_density(const uint32_t *texels, uint32_t flags, const uint32_t side[2], uint32_t x,
+                               uint32_t y, glbk_csm__v3 tint)
 {
+    static const float weights[2][3] = { { 0, 1, 0 }, { 0.125f, 0.75f, 0.125f } };
+    const float *weight = weights[(flags & GLBK__CSM_LINEAR) != 0];
+    const uint32_t w = side[0];
+    float sum = 0, rgb[3];
+    uint32_t i, j, column, row;
+
+    for (j = 0; j < 3; j++)
+        for (i = 0; i < 3; i++) {
+            column = x + i ? x + i - 1 : flags & GLBK__CSM_ROUND ? w - 1 : 0;
+            if (column == w) column = flags & GLBK__CSM_ROUND ? 0 : x;
+            row = y + j ? y + j - 1 : 0;
+            if (row == side[1]) row = y;
+            memcpy(rgb, texels + 4 * ((size_t)row * w + column), sizeof rgb);
+            sum += glbk_csm__v3_dot(glbk_csm__v3_load(rgb), tint) * weight[i] * weight[j];
+        }
+    return sum;
+}
+
+/* Writes the texels of L, with their densities in w, and the running sums of each row and of all rows. */
+static void glbk__csm_texture(const lsamp_light_desc *d, uint32_t flags, uint32_t *words, uint32_t w,
+                              uint32_t h)
+{
+    const uint32_t side[2] = { w, h };
     const glbk__csm_film none = { NULL, NULL, 0 }, film = d->texels ? glbk__csm_film_of(d) : none;
     uint32_t *texels = words + 4 * GLBK__CSM_LIGHT_HEAD, *rows = texels + 4 * (size_t)w * h;
-    uint32_t *row, x, y, c;
-    float top = d->radiance[0] > d->radiance[1] ? d->radiance[0] : d->radiance[1], rgb[4] = { 0, 0, 0, 0 };
+    uint32_t *row, x, y;
+    float top = d->radiance[0] > d->radiance[1] ? d->radiance[0] : d->radiance[1], value;
     glbk_csm__v3 tint = glbk_csm__v3_make(1, 1, 1);
     double total = 0, sum, weight;
+    size_t i;
 
     top = top > d->radiance[2] ? top : d->radiance[2];
     if (top > 0) tint = glbk_csm__v3_make(d->radiance[0] / top, d->radiance[1] / top, d->radiance[2] / top);
     tint = glbk_csm__v3_scale(tint, 1.0f / 3.0f);
+    for (i = 0; i < 3 * (size_t)w * h; i++) {
+        value = d->texels ? glbk__csm_film_at(&film, i) : 1;
+        memcpy(texels + i / 3 * 4 + i % 3, &value, 4);
+    }
     for (y = 0; y < h; y++) {
         row = rows + 4 * ((size_t)h + (size_t)y * w);
         sum = 0;
         for (x = 0; x < w; x++) {
-            float density;
-            for (c = 0; c < 3; c++)
-                rgb[c] = d->texels ? glbk__csm_film_at(&film, 3 * ((size_t)y * w + x) + c) : 1;
-            density = glbk_csm__v3_dot(glbk_csm__v3_load(rgb), tint);
-            memcpy(texels + 4 * ((size_t)y * w + x), rgb, sizeof rgb);
-            memcpy(row + 4 * (size_t)x + 3, &density, 4);
-            sum += (double)density;
+            value = glbk__csm_density(texels, flags, side, x, y, tint);
+            memcpy(texels + 4 * ((size_t)y * w + x) + 3, &value, 4);
+            memcpy(row + 4 * (size_t)x + 3, &value, 4);
+            sum += (double)value;
         }
         glbk__csm_sums(row, w, sum);
         /* The weight of a row of the sky is its solid angle, cos a - cos b, here without a loss of digits. */
         weight = glbk__csm_is_sky(d)
                      ? 2 * sin(GLBK__PI * (2.0 * y + 1) / (2.0 * h)) * sin(GLBK__PI / (2.0 * h))
                      : 1;
-        rgb[3] = (float)(sum * weight);
-        memcpy(rows + 4 * (size_t)y + 3, &rgb[3], 4);
-        total += (double)rgb[3];
-        rgb[3] = 0;
+        value = (float)(sum * weight);
+        memcpy(rows + 4 * (size_t)y + 3, &value, 4);
+        total += (double)value;
     }
     glbk__csm_sums(rows, h, total);
-    if (!(total > 0)) return glbk_csm__v3_make(0, 0, 0);
-    return glbk_csm__v3_scale(
-        tint, (float)(glbk__csm_is_sky(d) ? w / (2 * GLBK__PI * total) : (double)w * h / total));
+    if (!(total > 0)) return;                   /* a black light: all densities are 0 already */
+    weight = glbk__csm_is_sky(d) ? w / (2 * GLBK__PI * total) : (double)w * h / total;
+    for (i = 0; i < (size_t)w * h; i++) {
+        memcpy(&value, texels + 4 * i + 3, 4);
+        value *= (float)weight;
+        memcpy(texels + 4 * i + 3, &value, 4);
+    }
 }
 
 /* Writes the corners of all triangles, and the share of all area up to the end of each. Returns the area.
@@ -142,84 +172,102 @@ static float glbk__csm_triangles(const lsamp_mesh *m, uint32_t *texels)
     return (float)total;
 }
 
-/* A light's shape as the table holds it; cohsm_light.glsl says what each member means. */
-typedef struct glbk__csm_geometry {
-    glbk_csm__v3 n;
-    glbk_csm__v3 ex;
-    glbk_csm__v3 ey;
-    float        lx;
-    float        ly;
-    float        area;
-    uint32_t     flags;
-} glbk__csm_geometry;
-
-static glbk__csm_geometry glbk__csm_geometry_of(const lsamp_light_desc *d)
+/* Writes the points of a surface. */
+static void glbk__csm_surface(const lsamp_surface *s, uint32_t *texels)
 {
-    glbk__csm_geometry g;
-    glbk_csm__v3 u = glbk_csm__v3_load(d->u), v = glbk_csm__v3_load(d->v);
+    uint32_t i;
+    for (i = 0; i < s->width * s->height; i++)
+        glbk__csm_put(texels, i, glbk_csm__v3_load(s->points + 3 * (size_t)i), 0);
+}
 
-    memset(&g, 0, sizeof g);
-    g.n = glbk_csm__v3_normalize(glbk_csm__v3_load(d->direction));
-    g.area = 1;
-    if (d->kind == LSAMP_LIGHT_LINE) {
-        g.n = glbk_csm__v3_normalize(u);
-        g.lx = glbk_csm__v3_length(u);
-    } else if (d->kind == LSAMP_LIGHT_DISC) {
-        glbk_csm__v3_basis(g.n, &g.ex, &g.ey);
-        g.area = (float)GLBK__PI * d->radius * d->radius;
-    } else if (d->kind == LSAMP_LIGHT_SPHERE) {
-        g.area = 4 * (float)GLBK__PI * d->radius * d->radius;
-    } else if (d->kind == LSAMP_LIGHT_RECTANGLE) {
-        glbk_csm__v3 n = glbk_csm__v3_cross(u, v);
-        float uv = glbk_csm__v3_dot(u, v);
-        g.area = glbk_csm__v3_length(n);
-        g.n = glbk_csm__v3_normalize(n);
-        g.lx = glbk_csm__v3_length(u);
-        g.ly = glbk_csm__v3_length(v);
-        g.ex = glbk_csm__v3_scale(glbk_csm__v3_cross(v, g.n), 1.0f / g.area);
-        g.ey = glbk_csm__v3_scale(glbk_csm__v3_cross(g.n, u), 1.0f / g.area);
-        if ((uv < 0 ? -uv : uv) <= 1e-5f * g.area) g.flags |= GLBK__CSM_ORTHOGONAL;
+/* What follows the first two texels of a light, as docs/gpu-layouts.md says. */
+typedef struct glbk__csm_light_head {
+    float position[3], radius;
+    float n[3], lx;
+    float ex[3], ly;
+    float ey[3], area;
+    float radiance[3], cos_cone;
+    float none[3], turn;
+    float u[3], cosine_power;
+    float v[4];
+} glbk__csm_light_head;
+
+/* Writes what the shape of a light says to its head, and returns whether it is a rectangle with right
+   angles. */
+static int glbk__csm_shape_write(const lsamp_light_desc *d, glbk__csm_light_head *out)
+{
+    const glbk_csm__v3 u = glbk_csm__v3_load(d->u), v = glbk_csm__v3_load(d->v);
+    glbk_csm__v3 n = glbk_csm__v3_load(d->direction), x = glbk_csm__v3_make(0, 0, 0), y = x;
+    float uv, area = 1;
+
+    if (d->kind == LSAMP_LIGHT_LINE) n = u;
+    if (d->kind == LSAMP_LIGHT_RECTANGLE) n = glbk_csm__v3_cross(u, v);
+    uv = glbk_csm__v3_length(n);
+    n = glbk_csm__v3_normalize(n);
+    out->lx = glbk_csm__v3_length(u);
+    out->ly = glbk_csm__v3_length(v);
+    if (d->kind == LSAMP_LIGHT_DISC) glbk_csm__v3_basis(n, &x, &y);
+    if (d->kind == LSAMP_LIGHT_DISC || d->kind == LSAMP_LIGHT_SPHERE)
+        area = (d->kind == LSAMP_LIGHT_DISC ? 1 : 4) * (float)GLBK__PI * d->radius * d->radius;
+    if (d->kind == LSAMP_LIGHT_RECTANGLE) {
+        area = uv;
+        x = glbk_csm__v3_scale(glbk_csm__v3_cross(v, n), 1.0f / area);
+        y = glbk_csm__v3_scale(glbk_csm__v3_cross(n, u), 1.0f / area);
     }
-    return g;
+    glbk_csm__v3_store(out->n, n);
+    glbk_csm__v3_store(out->ex, x);
+    glbk_csm__v3_store(out->ey, y);
+    out->area = area;
+    uv = glbk_csm__v3_dot(u, v);
+    return d->kind == LSAMP_LIGHT_RECTANGLE && (uv < 0 ? -uv : uv) <= 1e-5f * area;
 }
 
 /* Writes a light that is valid. */
 static glbk_result glbk__csm_light_write(const glbk__csm_logger *log, const lsamp_light_desc *d,
                                          uint32_t *words)
 {
-    glbk__csm_geometry g;
-    uint32_t w, h;
-    glbk_csm__v3 tint = glbk_csm__v3_make(0, 0, 0);
+    const int sky = glbk__csm_is_sky(d);
+    const uint32_t w = d->texels ? d->width : 1, h = d->texels ? d->height : 1;
+    glbk__csm_light_head head;
+    uint32_t flags;
 
-    g = glbk__csm_geometry_of(d);
-    w = d->texels ? d->width : 1;
-    h = d->texels ? d->height : 1;
-    memset(words, 0, 16 * GLBK__CSM_LIGHT_HEAD);
-    if (d->texels || glbk__csm_is_sky(d)) {
-        g.flags |= GLBK__CSM_TEXTURED;
-        tint = glbk__csm_texture(d, words, w, h);
+    memset(&head, 0, sizeof head);
+    flags = glbk__csm_shape_write(d, &head) ? GLBK__CSM_ORTHOGONAL : 0;
+    if (d->filter == LSAMP_TEXELS_LINEAR) flags |= GLBK__CSM_LINEAR;
+    if (sky || d->kind == LSAMP_LIGHT_SPHERE) flags |= GLBK__CSM_ROUND;
+    if (d->emission_fn) flags |= GLBK__CSM_OWN_EMISSION;
+    if (d->texels || sky) flags |= GLBK__CSM_TEXTURED;
+    words[4] = words[6] = GLBK__CSM_LIGHT_HEAD;
+    words[5] = GLBK__CSM_LIGHT_HEAD + w * h;
+    words[7] = 0;
+    if (d->kind == LSAMP_LIGHT_SURFACE) {
+        if (d->surface->round) flags |= GLBK__CSM_ROUND | GLBK__CSM_ROUND_SURFACE;
+        if (d->texels) words[6] = words[5] + w * h + h;
+        words[7] = d->surface->width | d->surface->height << 16;
+        glbk__csm_surface(d->surface, words + 4 * (size_t)words[6]);
     }
-    if (d->kind == LSAMP_LIGHT_MESH) g.area = glbk__csm_triangles(d->mesh, words + 4 * GLBK__CSM_LIGHT_HEAD);
-    if (!(g.area > 0)) {
+    if (flags & GLBK__CSM_TEXTURED) glbk__csm_texture(d, flags, words, w, h);
+    if (d->kind == LSAMP_LIGHT_MESH) {
+        head.area = glbk__csm_triangles(d->mesh, words + 4 * GLBK__CSM_LIGHT_HEAD);
+        words[7] = (uint32_t)(glbk__csm_corner_count(d->mesh) / 3);
+    }
+    if (!(head.area > 0)) {
         (void)glbk__csm_refuse(log, ".mesh", "has no area");
         return GLBK_ERR_INPUT;
     }
-    words[0] = glbk__csm_is_sky(d) ? (uint32_t)LSAMP_LIGHT_ENVIRONMENT : (uint32_t)d->kind;
+    words[0] = sky ? (uint32_t)LSAMP_LIGHT_ENVIRONMENT : (uint32_t)d->kind;
     words[1] = w;
     words[2] = h;
-    words[3] = g.flags;
-    words[4] = GLBK__CSM_LIGHT_HEAD;
-    words[5] = GLBK__CSM_LIGHT_HEAD + w * h;
-    words[6] = GLBK__CSM_LIGHT_HEAD;
-    words[7] = d->kind == LSAMP_LIGHT_MESH ? (uint32_t)(glbk__csm_corner_count(d->mesh) / 3) : 0;
-    glbk__csm_put(words, 2, glbk_csm__v3_load(d->position), d->radius);
-    glbk__csm_put(words, 3, g.n, g.lx);
-    glbk__csm_put(words, 4, g.ex, g.ly);
-    glbk__csm_put(words, 5, g.ey, g.area);
-    glbk__csm_put(words, 6, glbk_csm__v3_load(d->radiance), (float)cos((double)d->cone_half_angle));
-    glbk__csm_put(words, 7, tint, (float)((double)d->rotation / (2 * GLBK__PI)));
-    glbk__csm_put(words, 8, glbk_csm__v3_load(d->u), d->cosine_power);
-    glbk__csm_put(words, 9, glbk_csm__v3_load(d->v), 0);
+    words[3] = flags;
+    memcpy(head.position, d->position, sizeof head.position);
+    memcpy(head.radiance, d->radiance, sizeof head.radiance);
+    memcpy(head.u, d->u, sizeof head.u);
+    memcpy(head.v, d->v, sizeof d->v);
+    head.radius = d->radius;
+    head.cos_cone = (float)cos((double)d->cone_half_angle);
+    head.turn = (float)((double)d->rotation / (2 * GLBK__PI));
+    head.cosine_power = d->cosine_power;
+    memcpy(words + 8, &head, sizeof head);
     return GLBK_OK;
 }
 
@@ -235,7 +283,7 @@ GLBK_DEF glbk_result glbk_csm_light_write(const lsamp_light_desc *d, uint32_t *w
     none.system.user = d->system.user;
     if (!words) return glbk__require(&none, __func__, "words", words);
     log = glbk__csm_logger_make(&none, __func__, "desc", GLBK__NO_INDEX);
-    result = glbk__csm_count_texels(&log, d, &texels);
+    result = glbk__csm_count_texels(&log, d, 1, &texels);
     return result == GLBK_OK ? glbk__csm_light_write(&log, d, words) : result;
 }
 
@@ -287,7 +335,7 @@ GLBK_DEF glbk_result glbk_csm_lights_create(glbk_context *ctx, const glbk_csm_li
     patterns = 128 * (size_t)d->pattern_length;
     for (i = 0; i < d->light_count; i++) {
         log.index = i;
-        result = glbk__csm_count_texels(&log, &d->lights[i], &one);
+        result = glbk__csm_count_texels(&log, &d->lights[i], d->own, &one);
         if (result != GLBK_OK) return result;
         starts[i] = (uint32_t)texels;
         texels += one;
@@ -297,6 +345,7 @@ GLBK_DEF glbk_result glbk_csm_lights_create(glbk_context *ctx, const glbk_csm_li
                                               "at most 2^28");
     }
     out->lobe_count = d->lobe_count;
+    out->own = d->own;
     out->patterns_at = (uint32_t)texels;
     out->pattern_length = d->pattern_length;
     texels += patterns + 1;
@@ -332,7 +381,7 @@ GLBK_DEF glbk_result glbk_csm_lights_update(glbk_context *ctx, glbk_csm_lights *
     if (result == GLBK_OK) result = glbk__require(ctx, __func__, "desc", desc);
     if (result != GLBK_OK) return result;
     log = glbk__csm_logger_make(ctx, __func__, "desc", GLBK__NO_INDEX);
-    result = glbk__csm_count_texels(&log, desc, &texels);
+    result = glbk__csm_count_texels(&log, desc, lights->own, &texels);
     if (result != GLBK_OK) return result;
     if (start < 2 * lights->lobe_count || start > lights->patterns_at || texels > lights->patterns_at - start)
         return glbk__refuse_value(ctx, GLBK_ERR_ARGUMENT, __func__, "start", start,

@@ -2,7 +2,8 @@
 
 /* A light stands in a table as ten texels, then its texels of L, running sums and triangles
    (docs/gpu-layouts.md). */
-enum { GLBK__CSM_LIGHT_HEAD = 10, GLBK__CSM_TEXTURED = 1, GLBK__CSM_ORTHOGONAL = 2 };
+enum { GLBK__CSM_LIGHT_HEAD = 10, GLBK__CSM_TEXTURED = 1, GLBK__CSM_ORTHOGONAL = 2, GLBK__CSM_LINEAR = 4,
+       GLBK__CSM_ROUND = 8, GLBK__CSM_ROUND_SURFACE = 16, GLBK__CSM_OWN_EMISSION = 32 };
 
 #define GLBK__PI 3.14159265358979324
 
@@ -67,12 +68,11 @@ static int glbk__csm_unit(const glbk__csm_logger *log, const char *member, const
     return glbk__csm_in(log, member, (double)glbk_csm__v3_length(n), 1, 1, "0.97..1.03");
 }
 
-/* Returns 1 if the GPU knows lights of this kind, else logs it and returns 0. */
-static int glbk__csm_kind_valid(const glbk__csm_logger *log, lsamp_light_kind kind)
+/* Returns 1 if the GPU knows lights of this kind, else logs it and returns 0. own: GLSL of the user's stands
+   for functions. */
+static int glbk__csm_kind_valid(const glbk__csm_logger *log, lsamp_light_kind kind, int own)
 {
-    if (kind == LSAMP_LIGHT_SURFACE)
-        return glbk__csm_refuse(log, ".kind", "is LSAMP_LIGHT_SURFACE, for CPUs only");
-    if (kind == LSAMP_LIGHT_CALLBACK)
+    if (kind == LSAMP_LIGHT_CALLBACK && !own)
         return glbk__csm_refuse(log, ".kind", "is LSAMP_LIGHT_CALLBACK: GPUs call no functions");
     return glbk__csm_in(log, ".kind", (double)kind, 0, LSAMP_LIGHT_COUNT - 1, "a LSAMP_LIGHT_...");
 }
@@ -190,34 +190,52 @@ static int glbk__csm_shape_valid(const glbk__csm_logger *log, const lsamp_light_
         return glbk__csm_unit(log, direction, d->direction) &&
                glbk__csm_in(log, ".radius", (double)d->radius, least, big, lengths);
     case LSAMP_LIGHT_SPHERE: return glbk__csm_in(log, ".radius", (double)d->radius, least, big, lengths);
+    case LSAMP_LIGHT_CALLBACK:
     case LSAMP_LIGHT_MESH: return 1;
+    case LSAMP_LIGHT_SURFACE:
+        if (!d->surface || !d->surface->points)
+            return glbk__csm_refuse(log, ".surface", "is NULL, or has no points");
+        return glbk__csm_in(log, ".surface->width", d->surface->width, 2, 4096, "2..4096") &&
+               glbk__csm_in(log, ".surface->height", d->surface->height, 2, 4096, "2..4096");
     default:
         return glbk__csm_in(log, ".cosine_power", (double)d->cosine_power, 0, 0, "0");
     }
 }
 
-static int glbk__csm_light_valid(const glbk__csm_logger *log, const lsamp_light_desc *d)
+static int glbk__csm_light_valid(const glbk__csm_logger *log, const lsamp_light_desc *d, int own)
 {
-    const double big = (double)1e18f;
-    if (d->filter != LSAMP_TEXELS_NEAREST)
-        return glbk__csm_refuse(log, ".filter", "is not LSAMP_TEXELS_NEAREST, all that GPUs know");
-    if (d->emission_fn) return glbk__csm_refuse(log, ".emission_fn", "is set: GPUs call no functions");
-    return glbk__csm_kind_valid(log, d->kind) &&
-           glbk__csm_in3(log, ".radiance", d->radiance, 0, (double)1e30f, "0..1e30") &&
-           glbk__csm_in(log, ".cosine_power", (double)d->cosine_power, 0, 1e5, "0..100000") &&
-           glbk__csm_in(log, ".rotation", (double)d->rotation, -1000, 1000, "-1000..1000") &&
-           glbk__csm_in(log, ".time", (double)d->time, -1e9, 1e9, "-1e9..1e9") &&
-           glbk__csm_in(log, ".frames_per_second", (double)d->frames_per_second, 0, 1e6, "0..1e6") &&
-           glbk__csm_in3(log, ".position", d->position, -big, big, "-1e18..1e18") &&
-           glbk__csm_texels_valid(log, d) && glbk__csm_shape_valid(log, d);
+    static const struct { uint16_t at, count; float low, high; char member[20], wanted[12]; } numbers[] = {
+        { offsetof(lsamp_light_desc, radiance), 3, 0, 1e30f, ".radiance", "0..1e30" },
+        { offsetof(lsamp_light_desc, cosine_power), 1, 0, 1e5f, ".cosine_power", "0..100000" },
+        { offsetof(lsamp_light_desc, rotation), 1, -1000, 1000, ".rotation", "-1000..1000" },
+        { offsetof(lsamp_light_desc, time), 1, -1e9f, 1e9f, ".time", "-1e9..1e9" },
+        { offsetof(lsamp_light_desc, frames_per_second), 1, 0, 1e6f, ".frames_per_second", "0..1e6" },
+        { offsetof(lsamp_light_desc, position), 3, -1e18f, 1e18f, ".position", "-1e18..1e18" }
+    };
+    uint32_t i, k;
+
+    if (d->emission_fn && (!own || (d->kind >= LSAMP_LIGHT_SUN && d->kind <= LSAMP_LIGHT_SPOT)))
+        return glbk__csm_refuse(log, ".emission_fn", "is set: GPUs call no functions");
+    if (!glbk__csm_kind_valid(log, d->kind, own) ||
+        !glbk__csm_in(log, ".filter", (double)d->filter, 0, LSAMP_TEXELS_COUNT - 1, "a LSAMP_TEXELS_..."))
+        return 0;
+    for (i = 0; i < sizeof numbers / sizeof *numbers; i++)
+        for (k = 0; k < numbers[i].count; k++) {
+            float value;
+            memcpy(&value, (const char *)d + numbers[i].at + 4 * k, 4);
+            if (!glbk__csm_in(log, numbers[i].member, (double)value, (double)numbers[i].low,
+                              (double)numbers[i].high, numbers[i].wanted))
+                return 0;
+        }
+    return glbk__csm_texels_valid(log, d) && glbk__csm_shape_valid(log, d);
 }
 
 /* Checks a light and its mesh, whose faults are not those of the desc, and counts the light's texels. */
-static glbk_result glbk__csm_count_texels(const glbk__csm_logger *log, const lsamp_light_desc *d,
+static glbk_result glbk__csm_count_texels(const glbk__csm_logger *log, const lsamp_light_desc *d, int own,
                                           size_t *texels)
 {
     const int has_mesh = d->kind == LSAMP_LIGHT_MESH;
-    const glbk_result result = !glbk__csm_light_valid(log, d) ? GLBK_ERR_DESC
+    const glbk_result result = !glbk__csm_light_valid(log, d, own) ? GLBK_ERR_DESC
                                : has_mesh                     ? glbk__csm_check_mesh(log, d->mesh)
                                                               : GLBK_OK;
     if (result != GLBK_OK) return result;
@@ -228,6 +246,7 @@ static glbk_result glbk__csm_count_texels(const glbk__csm_logger *log, const lsa
     if (has_mesh) *texels += glbk__csm_corner_count(d->mesh);
     else if (d->texels) *texels += 2 * (size_t)d->width * d->height + d->height;
     else if (glbk__csm_is_sky(d)) *texels += 3;
+    if (d->kind == LSAMP_LIGHT_SURFACE) *texels += (size_t)d->surface->width * d->surface->height;
     return GLBK_OK;
 }
 
@@ -238,5 +257,5 @@ GLBK_DEF size_t glbk_csm_light_texels(const lsamp_light_desc *d)
     size_t texels = 0;
     memset(&none, 0, sizeof none);
     log = glbk__csm_logger_make(&none, __func__, "desc", GLBK__NO_INDEX);
-    return d && glbk__csm_count_texels(&log, d, &texels) == GLBK_OK ? texels : 0;
+    return d && glbk__csm_count_texels(&log, d, 1, &texels) == GLBK_OK ? texels : 0;
 }

@@ -19,13 +19,16 @@ static glbk_program *glbk__csm_keep_program(glbk_context *ctx, glbk_csm_programs
     return &cache->list[i];
 }
 
-/* Finds or compiles a program of a cache, for a public function. defines are those of this use, which those
-   of the maps follow; programs named csm_shade read the G-buffer. */
+/* Finds or compiles a program of a cache, for a public function. texts are the defines of this use, which
+   those of the maps follow, and GLSL of the user's before the main, or NULL. Programs named csm_shade read
+   the G-buffer. */
 static glbk_result glbk__csm_program(glbk_context *ctx, const char *function, glbk_csm_programs *cache,
-                                     uint32_t key, const char *name, const char *defines,
-                                     const glbk_csm_maps *maps, glbk_program **out)
+                                     uint32_t key, const char *name,
+                                     const char *const texts[2], const glbk_csm_maps *maps,
+                                     glbk_program **out)
 {
-    char all[192] = { 0 };
+    char all[208] = { 0 };
+    const char *own[2];
     glbk__sink sink = { NULL, 0, 0 };
     glbk_result result;
     uint32_t i;
@@ -38,11 +41,13 @@ static glbk_result glbk__csm_program(glbk_context *ctx, const char *function, gl
                                   GLBK_CSM_MAX_PROGRAMS + 1, 0, GLBK_CSM_MAX_PROGRAMS);
     cache->used[i] = cache->frame;
     if ((*out)->name) return GLBK_OK;
+    own[0] = NULL;
+    own[1] = texts[1];
     sink.out = all;
     sink.bytes = sizeof all;
-    glbk__append_text(&sink, defines);
+    glbk__append_text(&sink, texts[0]);
     glbk__append_text(&sink, maps->defines);
-    result = glbk__gbuffer_program(ctx, glbk_csm_part(), name, all, *out);
+    result = glbk__gbuffer_program_with(ctx, glbk_csm_part(), name, all, own, *out);
     if (result != GLBK_OK) return result;
     cache->keys[i] = key;
     if (i == cache->count) cache->count++;

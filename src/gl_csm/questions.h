@@ -5,12 +5,15 @@ static glbk_result glbk__csm_ask_program(glbk_context *ctx, glbk_csm_asker *aske
                                          glbk_program **out)
 {
     char defines[] = "CSM_ASK=0 CSM_FILTER=0";
+    const char *texts[2];
     uint32_t question = asker->question - 1;
+    texts[0] = defines;
+    texts[1] = NULL;
     asker->programs.frame++;
     defines[8] = (char)('0' + question / 3);
     defines[21] = (char)('0' + question % 3);
     return glbk__csm_program(ctx, "glbk_csm_ask_run", &asker->programs, question,
-                             asker->asked.name ? "csm_query.comp" : "csm_query.frag", defines, maps, out);
+                             asker->asked.name ? "csm_query.comp" : "csm_query.frag", texts, maps, out);
 }
 
 GLBK_DEF glbk_result glbk_csm_asker_create(glbk_context *ctx, uint32_t capacity, glbk_csm_asker *out)

@@ -10,18 +10,23 @@ static uint32_t glbk__csm_shape_of(const glbk_csm_use *u)
 static glbk_result glbk__csm_shade_program(glbk_context *ctx, const char *function, glbk_csm_renderer *r,
                                            const glbk_csm_use *use, uint32_t filter, glbk_program **out)
 {
-    char defines[] = "CSM_ASK=0 CSM_FILTER=0 COHSM_LOBES=1 CSM_SHAPE=10 CSM_PATTERNS";
+    char defines[] = "CSM_ASK=0 CSM_FILTER=0 COHSM_LOBES=1 CSM_SHAPE=10 CSM_PATTERNS COHSM_OWN_LIGHT";
+    const char *texts[2];
     uint32_t shape = glbk__csm_shape_of(use), ask = (uint32_t)use->ask;
+    texts[0] = defines;
+    texts[1] = r->light;
     defines[8] = (char)('0' + ask);
     defines[21] = (char)('0' + filter);
     defines[35] = (char)('0' + r->lobe_count);
+    defines[48] = (char)('0' + shape % 10);
     if (shape < 10) {
-        defines[47] = (char)('0' + shape);
+        defines[47] = defines[48];
         defines[48] = ' ';
     }
-    if (!r->patterns) defines[49] = 0;
+    if (!r->patterns) memset(defines + 50, ' ', 12);
+    if (!r->light) defines[62] = 0;
     return glbk__csm_program(ctx, function, &r->shade, shape * 16 + ask * 4 + filter,
-                             r->compute ? "csm_shade.comp" : "csm_shade.frag", defines, use->maps, out);
+                             r->compute ? "csm_shade.comp" : "csm_shade.frag", texts, use->maps, out);
 }
 
 GLBK_DEF glbk_result glbk_csm_renderer_create(glbk_context *ctx, const glbk_csm_renderer_desc *d,
@@ -43,6 +48,7 @@ GLBK_DEF glbk_result glbk_csm_renderer_create(glbk_context *ctx, const glbk_csm_
     out->compute = ctx->compute;
     out->lobe_count = d->lobe_count ? d->lobe_count : 1;
     out->patterns = d->patterns != 0;
+    out->light = d->light;
     result = glbk__gbuffer_program(ctx, glbk_csm_part(), "csm_resolve.frag", NULL, &out->resolve);
     if (result == GLBK_OK)
         result = glbk__sums_create(ctx, out->compute, d->width, d->height, out->sums, out->targets);
@@ -89,7 +95,7 @@ static glbk_result glbk__csm_check_use(const glbk_context *ctx, const char *func
         return GLBK_ERR_DESC;
     }
     if (!glbk__csm_in(&log, ".ask", (double)u->ask, 0, COHSM_LIGHT_COUNT - 1, "a COHSM_LIGHT_...") ||
-        !glbk__csm_kind_valid(&log, u->kind) ||
+        !glbk__csm_kind_valid(&log, u->kind, r->light != NULL) ||
         !glbk__csm_in(&log, ".sample_count", u->sample_count, 1, 65536, "1..65536") ||
         !glbk__csm_in(&log, ".start", u->start, 2.0 * d->lights->lobe_count, d->lights->patterns_at - 1.0,
                       "one that glbk_csm_lights_create wrote"))
@@ -115,6 +121,9 @@ static glbk_result glbk__csm_check_frame(const glbk_context *ctx, const char *fu
         (void)glbk__csm_refuse(&log, ".lights", d->lights ? "was not created" : "is NULL");
         return GLBK_ERR_DESC;
     }
+    if (d->lights->own && !r->light)
+        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, function, "desc.lights",
+                            "were made with own, but the renderer without light, the GLSL for them");
     if ((d->use_count && !d->uses && !glbk__csm_refuse(&log, ".uses", "is NULL")) ||
         !glbk__csm_in(&log, ".plane_count", d->plane_count, 0, GLBK_CSM_MAX_PLANES, "0..8") ||
         !glbk__csm_in(&log, ".sampling", (double)d->sampling, 0, LSAMP_SAMPLING_COUNT - 1,
@@ -219,6 +228,7 @@ GLBK_DEF glbk_result glbk_csm_render(glbk_context *ctx, glbk_csm_renderer *r, co
         const glbk_csm_use *u = &d->uses[i];
         result = glbk__csm_shade_program(ctx, __func__, r, u, (uint32_t)d->filter, &program);
         frame.light_texel = u->start;
+        memcpy(frame.own, u->own, sizeof u->own);
         frame.sample_count = u->sample_count;
         frame.seed = u->seed;
         frame.roulette_seed = u->seed * 0x9e3779b9u + d->frame * 0x85ebca6bu;

@@ -13,6 +13,8 @@
 
 #include "gl_backend/gl_csm.h"
 
+#define CONFORM_BACKEND "gl"
+#include "conformance.h"
 #include "gl_test.h"
 #include "util.h"
 
@@ -28,11 +30,6 @@ static void draw(void *user, glbk_context *gl)
     object *o = user;
     gl->gl.BindVertexArray(o->vertex_array);
     gl->gl.DrawElements(GLBK_GL_TRIANGLES, o->indices, GLBK_GL_UNSIGNED_INT, NULL);
-}
-
-static int add(void *user, uint32_t index, const float *z1, const float *z2, const float *z3)
-{
-    return cohsm_builder_add(user, index, z1, z2, z3) != COHSM_OK;
 }
 
 static void upload(glbk_context *gl, const cohsm_mesh *m, object *o)
@@ -108,13 +105,14 @@ static void build_both(gl_test *t, cohsm_desc d, const model *m, double most_wro
         n = views - from < b.batch ? views - from : b.batch;
         assert_glbk(t, glbk_csm_builder_draw(&t->gl, &b, from, n));
         for (i = 0; i < n; i++) {
-            for (k = 0; k < (d.layers == COHSM_LAYERS_Z1Z3_FAR ? 3u : 2u); k++)
+            for (k = 0; k < (d.layers == COHSM_LAYERS_Z1Z3_FAR || d.layers == COHSM_LAYERS_Z1Z3_SPHERE ? 3u : 2u); k++)
                 read_layer(t, &b, i, k, z + k * pixels);
             assert_int_equal(cohsm_builder_add(cpu, from + i, z, z + pixels, z + 2 * pixels), COHSM_OK);
         }
         assert_glbk(t, glbk_csm_builder_compress(&t->gl, &b));
     }
-    assert_glbk(t, glbk_csm_builder_replay(&t->gl, &b, add, gpu));
+    assert_glbk(t, glbk_csm_builder_end(&t->gl, &b));
+    assert_int_equal(cohsm_builder_import(gpu, b.segments, b.segment_count), COHSM_OK);
     assert_int_equal(cohsm_builder_finish(cpu, &by_cpu, NULL), COHSM_OK);
     assert_int_equal(cohsm_builder_finish(gpu, &by_gpu, NULL), COHSM_OK);
     blocks[0] = cohsm_data(by_cpu, &sizes[0]);
@@ -125,6 +123,12 @@ static void build_both(gl_test *t, cohsm_desc d, const model *m, double most_wro
     printf("%u views of %u^2, %zu segments in %u runs: equal bytes; %.4f of the entries off csm.h's own layers\n",
            views, d.map_side, b.segment_count, b.passes, (double)report.wrong / (double)report.entries);
     assert_true((double)report.wrong <= most_wrong * (double)report.entries);
+    if (d.layers == COHSM_LAYERS_Z1Z3_SPHERE && gl_this_way()->bit == GL_CORE33)     /* edges differ by a pixel */
+        CONFORM_MAX("T59",
+                    d.domain.kind == COHSM_DOMAIN_RECTANGLE
+                        ? "entries of perspective maps up to the sphere, made on the GPU, off csm.h's layers"
+                        : "entries of maps up to the sphere, made on the GPU, off csm.h's layers",
+                    0.01, (double)report.wrong / (double)report.entries);
     assert_true(b.segment_count > pixels);
     glbk_csm_builder_free(&t->gl, &b);
     release(&t->gl, &o);
@@ -146,6 +150,9 @@ static void directional_domains_are_built_as_on_the_cpu(void **state)
     d.depth_bits = 5;
     build_both(t, d, &m, 0.01);
     d.self_only = 1;
+    build_both(t, d, &m, 0.01);
+    d.self_only = 0;
+    d.layers = COHSM_LAYERS_Z1Z3_SPHERE;
     build_both(t, d, &m, 0.01);
     d.layers = COHSM_LAYERS_Z1Z2;
     d.map_side = 200;                                   /* tiles of 4 x 4 */
@@ -189,6 +196,8 @@ static void positional_domains_are_built_as_on_the_cpu(void **state)
     model m = model_torus(24, 12, 1.0, 0.4);
     cohsm_desc d = desc_of(COHSM_DOMAIN_RECTANGLE, 4, 24);
     place_domain(&d, 0.2f, 1.5f, 0.1f, 0.5f);
+    build_both(t, d, &m, 0.01);
+    d.layers = COHSM_LAYERS_Z1Z3_SPHERE;
     build_both(t, d, &m, 0.01);
     model_free(&m);
 }

@@ -155,7 +155,7 @@ static glbk_result make(gl_test *t, things *x)
 {
     const lsamp_light_desc light = disc();
     glbk_csm_lights_desc lights;
-    glbk_csm_renderer_desc renderer = { SIDE, SIDE, 0, 0 };
+    glbk_csm_renderer_desc renderer = { SIDE, SIDE, 0, 0, NULL };
     glbk_gbuffer_desc seen = { SIDE, SIDE, { 0, 0, 0, 0, NULL, NULL }, NULL };
     glbk_csm_builder_desc builder;
     cohsm_desc maps;
@@ -207,14 +207,6 @@ static void destroy(gl_test *t, things *x)
     GL_SAME(t, glbk_csm_maps_free(&t->gl, &x->maps));
 }
 
-static int count_views(void *user, uint32_t index, const float *z1, const float *z2, const float *z3)
-{
-    (void)index;
-    (void)z3;
-    *(int *)user += z1[0] > 1 && z2[0] > 1;         /* nothing was hit */
-    return 0;
-}
-
 /* The square into the G-buffer. */
 static glbk_result draw_square(gl_test *t, things *x)
 {
@@ -241,7 +233,6 @@ static glbk_result run(gl_test *t, things *x)
     glbk_pass pass;
     glbk_result r = GLBK_OK;
     uint32_t row[4 * MAP], y;
-    int views = 0;
     memset(&pass, 0, sizeof pass);
     pass.target = &world.screen.target;
     fill_pixels(pixels);
@@ -262,8 +253,8 @@ static glbk_result run(gl_test *t, things *x)
     for (y = 0; y < MAP; y++)
         GL_THEN_SAME(t, r, glbk_target_read(&t->gl, &x->builder.layer_targets[0], 0, 0, y, MAP, 1, row));
     if (x->builder.next_view == 0) GL_THEN_SAVED(t, r, glbk_csm_builder_compress(&t->gl, &x->builder));
-    GL_THEN_SAME(t, r, glbk_csm_builder_replay(&t->gl, &x->builder, count_views, &views));
-    if (r == GLBK_OK) assert_int_equal(views, 1);
+    GL_THEN_SAME(t, r, glbk_csm_builder_end(&t->gl, &x->builder));
+    if (r == GLBK_OK) assert_true(x->builder.segment_count >= MAP * MAP);
     return r;
 }
 

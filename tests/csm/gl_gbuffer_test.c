@@ -79,7 +79,7 @@ static void draws_with_maps_and_resolves(void **state)
     static const uint8_t half[4] = { 255, 128, 0, 255 },
                          bump[4] = { 218, 128, 218, 255 }; /* leans by 45 degrees to x */
     static const float eye[3] = { 0, 0, 3 };
-    glbk_csm_renderer_desc desc = { SIDE, SIDE, 0, 0 };
+    glbk_csm_renderer_desc desc = { SIDE, SIDE, 0, 0, NULL };
     glbk_gbuffer_desc sizes = { SIDE, SIDE, { 0, 0, 0, 0, NULL, NULL }, NULL };
     glbk_gbuffer seen;
     float clip[16];
@@ -232,7 +232,7 @@ static void a_shadow_falls_on_a_gbuffer_of_the_users(void **state)
     GL_TEST(t, state)
     static float places[SIDE][SIDE][4], normals[SIDE][SIDE][4];
     static uint8_t colors[SIDE][SIDE][4];
-    const glbk_csm_renderer_desc desc = { SIDE, SIDE, 0, 0 };
+    const glbk_csm_renderer_desc desc = { SIDE, SIDE, 0, 0, NULL };
     const glbk_gbuffer_desc sizes = { SIDE, SIDE, { 0, 0, 0, 0, NULL, NULL }, NULL };
     glbk_texture_desc td;
     glbk_texture mine[3];

@@ -16,6 +16,8 @@
 
 #include "gl_backend/gl_csm.h"
 
+#define CONFORM_BACKEND "gl"
+#include "conformance.h"
 #include "gl_test.h"
 #include "util.h"
 
@@ -100,6 +102,15 @@ static void mesh_point(void *user, float time, const float x[3], float position[
     *area = (float)(areas[0] + areas[1]);
 }
 
+/* A bent strip of 4 x 3 points over the receivers, which emits downwards. */
+static const float strip[4 * 3 * 3] = {
+    -1, 2.4f, 1.2f,  -1, 2.7f, 0.7f,  -1, 2.2f, 0,  -1, 2.6f, -1,
+    0, 2.2f, 1,  0, 2.3f, 0.6f,  0.1f, 2.9f, 0,  0, 2.1f, -1,
+    0.9f, 2.6f, 1,  1, 2, 0.8f,  1.2f, 2.4f, 0,  1, 2.5f, -0.9f
+};
+static const lsamp_surface bent = { 4, 3, strip, 0 };
+
+/* textured: 0 no, 1 constant within texels, 2 linear between their centres */
 static lsamp_light_desc describe(lsamp_light_kind shape, int textured)
 {
     static const float place[3] = { 0.2f, 2.2f, -0.4f }, down[3] = { 0.6f, -0.8f, 0 };
@@ -124,6 +135,8 @@ static lsamp_light_desc describe(lsamp_light_kind shape, int textured)
     if (shape != LSAMP_LIGHT_ENVIRONMENT && shape != LSAMP_LIGHT_CALLBACK) d.cosine_power = textured ? 2 : 0;
     d.rotation = shape == LSAMP_LIGHT_ENVIRONMENT ? 1 : 0;
     if (shape == LSAMP_LIGHT_CALLBACK) d.shape_fn = mesh_point;
+    if (shape == LSAMP_LIGHT_SURFACE) d.surface = &bent;
+    d.filter = textured == 2 ? LSAMP_TEXELS_LINEAR : LSAMP_TEXELS_NEAREST;
     for (i = 0; i < 16 * 8 * 3; i++) texels[i] = rnd(&seed) < 0.2 ? 0 : (float)rnd_in(&seed, 0, 4);
     texels[50] = -1;                        /* counts as 0 */
     if (textured && shape != LSAMP_LIGHT_SUN && shape != LSAMP_LIGHT_POINT && shape != LSAMP_LIGHT_SPOT &&
@@ -288,8 +301,8 @@ static void lights_agree(gl_test *t, const lsamp_light_kind *shapes, int count)
     make_points();
     open_rig(t, 0, &r);
     for (i = 0; i < count; i++)
-        for (textured = 0; textured < 2; textured++)
-            for (sampling = 0; sampling < 4; sampling++) {
+        for (textured = 0; textured < 3; textured++)
+            for (sampling = 0; sampling < (textured == 2 ? 1 : 4); sampling++) {
                 lsamp_light_desc d = describe(shapes[i], textured);
                 char what[64];
                 snprintf(what, sizeof what, "shape %d, textured %d, sampling %s", (int)shapes[i], textured,
@@ -308,8 +321,255 @@ static void each_light_agrees(void **state)
     GL_TEST(t, state)
     static const lsamp_light_kind all[] = { LSAMP_LIGHT_RECTANGLE, LSAMP_LIGHT_DISC, LSAMP_LIGHT_ENVIRONMENT,
                                             LSAMP_LIGHT_SUN, LSAMP_LIGHT_POINT, LSAMP_LIGHT_SPOT,
-                                            LSAMP_LIGHT_SPHERE, LSAMP_LIGHT_LINE, LSAMP_LIGHT_CALLBACK };
-    lights_agree(t, all, 9);
+                                            LSAMP_LIGHT_SPHERE, LSAMP_LIGHT_LINE, LSAMP_LIGHT_CALLBACK,
+                                            LSAMP_LIGHT_SURFACE };
+    lights_agree(t, all, 10);
+}
+
+/* ---- lights by GLSL of the user's ---- */
+
+/* A saddle over the receivers that emits downwards, own[0] high; its light depends on place and direction. */
+static const char saddle_glsl[] =
+    "void glbk_light_point(vec4 own, vec3 x, out vec3 position, out vec3 normal, out float area)\n"
+    "{\n"
+    "    position = vec3(2.0 * x.x - 1.0, 2.0 + own.x * x.x * x.y, 2.0 * x.y - 1.0);\n"
+    "    normal = vec3(2.0 * own.x * x.y, -4.0, 2.0 * own.x * x.x);\n"
+    "    area = length(normal);\n"
+    "}\n"
+    "vec3 glbk_light_emission(vec4 own, vec3 x, vec3 direction)\n"
+    "{\n"
+    "    return vec3(0.5 + x.x, own.y, max(-direction.y, 0.0) - 0.2);\n"
+    "}\n";
+
+static void saddle(void *user, float time, const float x[3], float position[3], float normal[3], float *area)
+{
+    const float *own = (const float *)user;
+    (void)time;
+    position[0] = 2 * x[0] - 1;
+    position[1] = 2 + own[0] * x[0] * x[1];
+    position[2] = 2 * x[1] - 1;
+    normal[0] = 2 * own[0] * x[1];
+    normal[1] = -4;
+    normal[2] = 2 * own[0] * x[0];
+    *area = sqrtf(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
+}
+
+static void saddle_shines(void *user, float time, const float x[3], const float direction[3], float rgb[3])
+{
+    const float *own = (const float *)user;
+    (void)time;
+    rgb[0] = 0.5f + x[0];
+    rgb[1] = own[1];
+    rgb[2] = (direction[1] < 0 ? -direction[1] : 0) - 0.2f;
+}
+
+/* Shape and emission in GLSL give the samples that functions which compute the same give on the CPU; the shape can have
+   texels, and other shapes can have the emission. */
+static void lights_by_glsl_of_your_own_agree_with_functions(void **state)
+{
+    GL_TEST(t, state)
+    static const lsamp_light_kind kinds[3] = { LSAMP_LIGHT_CALLBACK, LSAMP_LIGHT_RECTANGLE, LSAMP_LIGHT_ENVIRONMENT };
+    const glbk_gbuffer_desc seen = { SIDE, SIDE, { 0, 0, 0, 0, NULL, NULL }, NULL };
+    static float own[4] = { 0.7f, 1.5f, 0, 0 };
+    glbk_csm_renderer_desc desc;
+    glbk_csm_lights_desc all;
+    glbk_csm_lights lights;
+    glbk_csm_frame_desc f;
+    glbk_csm_use use;
+    rig r, plain;
+    uint32_t start;
+    int i, k;
+
+    if (gl_this_way()->bit != GL_CORE33 && gl_this_way()->bit != GL_ES30) return;
+    make_points();
+    memset(&desc, 0, sizeof desc);
+    desc.width = desc.height = SIDE;
+    desc.lobe_count = 2;
+    desc.light = saddle_glsl;
+    assert_glbk(t, glbk_csm_renderer_create(&t->gl, &desc, &r.renderer));
+    assert_glbk(t, glbk_gbuffer_create(&t->gl, &seen, &r.seen));
+    assert_glbk(t, glbk_gbuffer_upload(&t->gl, &r.seen, 0, SIDE, pixels));
+    assert_glbk(t, glbk_csm_maps_create(&t->gl, NULL, 0, 1, NULL, &r.maps));
+    memset(&all, 0, sizeof all);
+    all.light_count = 1;
+    all.lobes = lobes;
+    all.lobe_count = 2;
+    for (i = 0; i < 3; i++)
+        for (k = 0; k < 2; k++) {
+            lsamp_light_desc d = describe(kinds[i], 0);
+            d.shape_fn = saddle;
+            d.emission_fn = k || kinds[i] != LSAMP_LIGHT_CALLBACK ? saddle_shines : NULL;
+            d.user = own;
+            if (k && kinds[i] == LSAMP_LIGHT_CALLBACK) {
+                d.texels = texels;
+                d.width = 16;
+                d.height = 8;
+                d.filter = LSAMP_TEXELS_LINEAR;
+            }
+            own[0] = k ? 0.2f : 0.7f;
+            memset(expected, 0, sizeof expected);
+            shade_by_csm(&d, LSAMP_SAMPLING_DEFAULT, 5, NULL);
+            all.lights = &d;
+            all.own = 0;
+            assert_int_equal(glbk_csm_lights_create(&t->gl, &all, &start, &lights), GLBK_ERR_DESC);
+            all.own = 1;
+            assert_glbk(t, glbk_csm_lights_create(&t->gl, &all, &start, &lights));
+            glbk_csm_reset(&r.renderer);
+            use = use_of(&r, start, kinds[i]);
+            memcpy(use.own, own, sizeof own);
+            f = frame_of(&lights, &use);
+            assert_glbk(t, glbk_csm_render(&t->gl, &r.renderer, &r.seen, &f));
+            assert_glbk(t, glbk_csm_read(&t->gl, &r.renderer, picture[0]));
+            expect_equal(i == 0 ? "shape by GLSL" : "emission by GLSL", 1);
+            if (i == 0 && k == 0) {             /* without the text there is nothing to draw them by */
+                open_rig(t, 0, &plain);
+                assert_int_equal(glbk_csm_render(&t->gl, &plain.renderer, &plain.seen, &f), GLBK_ERR_MISMATCH);
+                close_rig(t, &plain);
+            }
+            glbk_csm_lights_free(&t->gl, &lights);
+        }
+    close_rig(t, &r);
+    t->expected_errors = ~0u;                   /* drivers say that the text is no GLSL */
+    desc.light = "void glbk_light_point() { nothing }\n";
+    assert_glbk(t, glbk_csm_renderer_create(&t->gl, &desc, &r.renderer));
+    all.own = 0;
+    {
+        lsamp_light_desc d = describe(LSAMP_LIGHT_SUN, 0);
+        all.lights = &d;
+        assert_glbk(t, glbk_csm_lights_create(&t->gl, &all, &start, &lights));
+    }
+    assert_glbk(t, glbk_csm_maps_create(&t->gl, NULL, 0, 1, NULL, &r.maps));
+    use = use_of(&r, start, LSAMP_LIGHT_SUN);
+    f = frame_of(&lights, &use);
+    assert_int_equal(glbk_csm_prepare(&t->gl, &r.renderer, &f), GLBK_ERR_COMPILE);
+    glbk_csm_lights_free(&t->gl, &lights);
+    glbk_csm_maps_free(&t->gl, &r.maps);
+    glbk_csm_renderer_free(&t->gl, &r.renderer);
+}
+
+/* ---- closed forms ---- */
+
+/* A square above the point 0 0 0, own.x high, as GLSL; its emission goes by the square of the cosine, times own.y. */
+static const char square_glsl[] =
+    "void glbk_light_point(vec4 own, vec3 x, out vec3 position, out vec3 normal, out float area)\n"
+    "{\n"
+    "    position = vec3(x.x - 0.5, own.x, x.y - 0.5);\n"
+    "    normal = vec3(0.0, -1.0, 0.0);\n"
+    "    area = 1.0;\n"
+    "}\n"
+    "vec3 glbk_light_emission(vec4 own, vec3 x, vec3 direction) { return vec3(own.y * direction.y * direction.y); }\n";
+
+/* L of 5 x 4 texels, linear between their centres. */
+static double bilinear(const float *t, double x, double y)
+{
+    double fx = fmin(fmax(5 * x - 0.5, 0), 4), fy = fmin(fmax(4 * y - 0.5, 0), 3);
+    int i = fx < 4 ? (int)fx : 3, j = fy < 3 ? (int)fy : 2;
+    fx -= i;
+    fy -= j;
+    return ((double)t[3 * (5 * j + i)] * (1 - fx) + (double)t[3 * (5 * j + i + 1)] * fx) * (1 - fy) +
+           ((double)t[3 * (5 * j + 5 + i)] * (1 - fx) + (double)t[3 * (5 * j + 6 + i)] * fx) * fy;
+}
+
+/* Irradiance of a unit square at a height, by 400 x 400 points: cosine at both ends over distance^2 is h^2 / r^4. */
+static double under_a_square(double height, const float *t, int squared)
+{
+    double sum = 0;
+    int i, j;
+    for (j = 0; j < 400; j++)
+        for (i = 0; i < 400; i++) {
+            double x = (i + 0.5) / 400, y = (j + 0.5) / 400;
+            double r2 = height * height + (x - 0.5) * (x - 0.5) + (y - 0.5) * (y - 0.5);
+            sum += (t ? bilinear(t, x, y) : 1) * height * height / (r2 * r2) * (squared ? height * height / r2 : 1);
+        }
+    return sum / (400 * 400);
+}
+
+/* Every pixel of the picture is the same point; returns the mean irradiance of 16 frames, seen by Lambert's law. */
+static double irradiance_by_gl(gl_test *t, rig *r, const lsamp_light_desc *light, const float *own)
+{
+    double sum = 0;
+    glbk_csm_lights_desc all;
+    glbk_csm_lights lights;
+    glbk_csm_frame_desc f;
+    glbk_csm_use use;
+    uint32_t start, i;
+
+    memset(&all, 0, sizeof all);
+    all.lights = light;
+    all.light_count = 1;
+    all.own = 1;
+    assert_glbk(t, glbk_csm_lights_create(&t->gl, &all, &start, &lights));
+    use = use_of(r, start, light->kind);
+    memcpy(use.own, own, sizeof use.own);
+    f = frame_of(&lights, &use);
+    glbk_csm_reset(&r->renderer);
+    for (f.frame = 0; f.frame < 16; f.frame++) assert_glbk(t, glbk_csm_render(&t->gl, &r->renderer, &r->seen, &f));
+    assert_glbk(t, glbk_csm_read(&t->gl, &r->renderer, picture[0]));
+    for (i = 0; i < POINTS; i++) sum += (double)picture[i][0];
+    glbk_csm_lights_free(&t->gl, &lights);
+    return sum / POINTS * PI;
+}
+
+static void t43_surfaces_linear_texels_and_own_glsl_light_as_in_closed_form(void **state)
+{
+    GL_TEST(t, state)
+    static const float corners[12] = { -0.5f, 1, -0.5f,  0.5f, 1, -0.5f,  -0.5f, 1, 0.5f,  0.5f, 1, 0.5f };
+    static const float at_1[4] = { 1, 1, 0, 0 }, at_2[4] = { 2, 3, 0, 0 };
+    static const lsamp_surface square = { 2, 2, corners, 0 };
+    const glbk_gbuffer_desc seen = { SIDE, SIDE, { 0, 0, 0, 0, NULL, NULL }, NULL };
+    glbk_csm_renderer_desc desc;
+    lsamp_light_desc d;
+    float stripes[3 * 5 * 4];
+    uint32_t i;
+    rig r;
+
+    if (gl_this_way()->bit != GL_CORE33) return;
+    memset(pixels, 0, sizeof pixels);
+    for (i = 0; i < POINTS; i++) {
+        pixels[i].normal[1] = pixels[i].geometric_normal[1] = 1;
+        pixels[i].material.kind = LSAMP_MATERIAL_LAMBERT;
+        pixels[i].material.diffuse[0] = pixels[i].material.diffuse[1] = pixels[i].material.diffuse[2] = 1;
+    }
+    for (i = 0; i < 3 * 5 * 4; i++) stripes[i] = i / 3 % 5 == 2 ? 10 : 0;
+    memset(&desc, 0, sizeof desc);
+    desc.width = desc.height = SIDE;
+    desc.light = square_glsl;
+    assert_glbk(t, glbk_csm_renderer_create(&t->gl, &desc, &r.renderer));
+    assert_glbk(t, glbk_gbuffer_create(&t->gl, &seen, &r.seen));
+    assert_glbk(t, glbk_gbuffer_upload(&t->gl, &r.seen, 0, SIDE, pixels));
+    assert_glbk(t, glbk_csm_maps_create(&t->gl, NULL, 0, 1, NULL, &r.maps));
+
+    /* 442,368 samples: their standard error is below 0.2 % of the sum wherever a sample counts at most ten times its
+       mean, and numbers of (0, 2)-sequences do better */
+    memset(&d, 0, sizeof d);
+    d.kind = LSAMP_LIGHT_SURFACE;
+    d.surface = &square;
+    d.radiance[0] = d.radiance[1] = d.radiance[2] = 1;
+    CONFORM("T43", "unit square 1 above, as a grid of 2 x 2 points", 0.7522747,
+            irradiance_by_gl(t, &r, &d, at_1), 0.002);
+    d.texels = stripes;
+    d.width = 5;
+    d.height = 4;
+    d.filter = LSAMP_TEXELS_LINEAR;
+    CONFORM("T43", "the same, a bright column of 5 of texels, linear between their centres",
+            under_a_square(1, stripes, 0),
+            irradiance_by_gl(t, &r, &d, at_1), 0.002 * under_a_square(1, stripes, 0));
+    d.filter = LSAMP_TEXELS_NEAREST;        /* 0.6 % brighter, three times the tolerance */
+    assert_true(irradiance_by_gl(t, &r, &d, at_1) > 1.004 * under_a_square(1, stripes, 0));
+    memset(&d, 0, sizeof d);
+    d.kind = LSAMP_LIGHT_CALLBACK;
+    d.shape_fn = saddle;                    /* neither is called */
+    d.radiance[0] = d.radiance[1] = d.radiance[2] = 1;
+    CONFORM("T43", "unit square 1 above, by GLSL of the user's", 0.7522747,
+            irradiance_by_gl(t, &r, &d, at_1), 0.002);
+    CONFORM("T43", "the same, raised to 2 by a number of the frame", under_a_square(2, NULL, 0),
+            irradiance_by_gl(t, &r, &d, at_2), 0.002 * under_a_square(2, NULL, 0));
+    d.emission_fn = saddle_shines;
+    CONFORM("T43", "unit square 1 above, by GLSL of the user's, emission cos^2", under_a_square(1, NULL, 1),
+            irradiance_by_gl(t, &r, &d, at_1), 0.002);
+    CONFORM("T43", "the same, raised to 2, three times as bright", 3 * under_a_square(2, NULL, 1),
+            irradiance_by_gl(t, &r, &d, at_2), 0.002 * 3 * under_a_square(2, NULL, 1));
+    close_rig(t, &r);
 }
 
 /* Frames add up; patterns shift after the 256th; a reset begins anew. */
@@ -411,11 +671,12 @@ static void bad_lights_are_refused(void **state)
     assert_int_equal(glbk_csm_light_texels(NULL), 0);
     assert_int_equal(glbk_csm_light_write(NULL, words), GLBK_ERR_ARGUMENT);
     for (i = 0; i < SHAPES; i++)
-        for (way = 0; way < 21; way++) {
+        for (way = 0; way < 23; way++) {
             lsamp_light_desc d = describe(every_shape[i], 0);
             lsamp_light_desc g = describe_gl(&d);
             lsamp_light_kind s = every_shape[i];
             lsamp_mesh none = { NULL, 3, 0, NULL, 0, NULL }, plane = { flat, 3, 0, NULL, 0, NULL };
+            const lsamp_surface empty = { 4, 3, NULL, 0 }, thin = { 4, 1, strip, 0 };
             const int textured = s == LSAMP_LIGHT_ENVIRONMENT || s == LSAMP_LIGHT_RECTANGLE || s == LSAMP_LIGHT_DISC ||
                                  s == LSAMP_LIGHT_SPHERE;
             glbk_result code = GLBK_ERR_DESC;
@@ -438,17 +699,22 @@ static void bad_lights_are_refused(void **state)
             if (way == 12) g.cone_half_angle = 0, refused = s == LSAMP_LIGHT_SPOT;
             if (way == 13) memset(g.u, 0, 12), refused = s == LSAMP_LIGHT_LINE || s == LSAMP_LIGHT_RECTANGLE;
             if (way == 14) g.mesh = &none, refused = s == LSAMP_LIGHT_CALLBACK;
-            if (way == 16) g.emission_fn = shine;                /* functions: a GPU cannot call them */
-            if (way == 17) g.kind = LSAMP_LIGHT_CALLBACK, g.shape_fn = mesh_point;
-            if (way == 19) g.filter = LSAMP_TEXELS_LINEAR;       /* for CPUs only, as are surfaces */
-            if (way == 20) g.kind = LSAMP_LIGHT_SURFACE;
+            if (way == 16)                                      /* your shader's, where a light has an area */
+                g.emission_fn = shine,
+                refused = s == LSAMP_LIGHT_SUN || s == LSAMP_LIGHT_SPOT || s == LSAMP_LIGHT_POINT;
+            if (way == 17) g.kind = LSAMP_LIGHT_CALLBACK, g.shape_fn = mesh_point, refused = 0;
             if (way == 18) g.frame_count = 2;                         /* without texels */
+            if (way == 19) g.filter = LSAMP_TEXELS_COUNT;
+            if (way >= 20) g.kind = LSAMP_LIGHT_SURFACE, g.cosine_power = 0;
+            if (way == 20) g.surface = NULL;
+            if (way == 21) g.surface = &empty;
+            if (way == 22) g.surface = &thin;
             if (way == 15) g.cosine_power = 2, refused = s == LSAMP_LIGHT_ENVIRONMENT;
             if ((glbk_csm_light_texels(&g) == 0) != refused) fail_msg("shape %d, way %d", i, way);
             if (way == 14) code = GLBK_ERR_ARGUMENT;            /* a mesh without positions */
             if (refused) assert_int_equal(glbk_csm_light_write(&g, words), code);
             if (!refused) assert_int_equal(glbk_csm_light_write(&g, NULL), GLBK_ERR_ARGUMENT);
-            if (!refused && s == LSAMP_LIGHT_CALLBACK) {        /* a mesh without area has texels, but no light */
+            if (!refused && s == LSAMP_LIGHT_CALLBACK && way != 17) {       /* without area: texels, but no light */
                 g.mesh = &plane;
                 assert_int_equal(glbk_csm_light_write(&g, words), GLBK_ERR_INPUT);
             }
@@ -654,7 +920,10 @@ static void errors_of_any_light_are_told(void **state)
 
 int main(int count, char **values)
 {
-    struct CMUnitTest tests[] = { gl_unit_test(each_light_agrees), gl_unit_test(frames_and_patterns_agree),
+    struct CMUnitTest tests[] = { gl_unit_test(each_light_agrees),
+                                  gl_unit_test(lights_by_glsl_of_your_own_agree_with_functions),
+                                  gl_unit_test(t43_surfaces_linear_texels_and_own_glsl_light_as_in_closed_form),
+                                  gl_unit_test(frames_and_patterns_agree),
                                   cmocka_unit_test(lights_take_their_texels), cmocka_unit_test(bad_lights_are_refused),
                                   gl_unit_test(updated_lights_are_new_lights),
                                   gl_unit_test(prepared_frames_are_the_same),

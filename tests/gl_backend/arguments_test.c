@@ -452,7 +452,9 @@ static void csm_lights_refuse_bad_descs(void **state)
     static const uint32_t indices[3] = { 0, 1, 2 };
     static const uint16_t indices16[3] = { 0, 1, 2 };
     static const lsamp_mesh one = { corners, 3, 0, NULL, 0, NULL };
+    static const lsamp_surface grid = { 2, 2, grey, 0 };
     lsamp_mesh m = one;
+    lsamp_surface s = grid;
     char said[GL_LOG];
     uint32_t words[4 * 64];
     int shape, i;
@@ -469,11 +471,8 @@ static void csm_lights_refuse_bad_descs(void **state)
     for (shape = 0; shape < LSAMP_LIGHT_COUNT; shape++) {
         d = plain;
         d.kind = (lsamp_light_kind)shape;
-        if (shape == LSAMP_LIGHT_CALLBACK || shape == LSAMP_LIGHT_SURFACE) {
-            assert_int_equal(glbk_csm_light_texels(&d), 0);
-            continue;
-        }
         if (shape == LSAMP_LIGHT_MESH) d.mesh = &one;
+        if (shape == LSAMP_LIGHT_SURFACE) d.surface = &grid;
         assert_true(glbk_csm_light_texels(&d) > 0);
         assert_int_equal(glbk_csm_light_write(&d, words), GLBK_OK);
         REFUSED(glbk_csm_light_write(&d, NULL));
@@ -483,7 +482,9 @@ static void csm_lights_refuse_bad_descs(void **state)
         assert_string_equal(said, "glbk_csm_light_write: words is NULL");
         d.system.log = NULL;
         NO_LIGHT(d.kind, LSAMP_LIGHT_COUNT);
-        NO_LIGHT(d.emission_fn, shine);
+        if (shape >= LSAMP_LIGHT_SUN && shape <= LSAMP_LIGHT_SPOT)
+            NO_LIGHT(d.emission_fn, shine);
+        NO_LIGHT(d.filter, LSAMP_TEXELS_COUNT);
         for (i = 0; i < 3; i++) {
             NO_LIGHT(d.radiance[i], -1);
             NO_LIGHT(d.radiance[i], INFINITY);
@@ -550,6 +551,12 @@ static void csm_lights_refuse_bad_descs(void **state)
     NO_LIGHT(d.radius, 0);
     OF(SPHERE);
     NO_LIGHT(d.radius, -1);
+    OF(SURFACE);
+    NO_LIGHT(d.surface, NULL);
+    d.surface = &s;
+    NO_LIGHT(s.points, NULL);
+    s = grid;
+    NO_LIGHT(s.height, 4097);
     OF(MESH);
     NO_LIGHT(d.mesh, NULL);
     d.mesh = &m;
@@ -648,7 +655,7 @@ static void csm_frames_refuse_bad_arguments(void **state)
     static float rgba[4 * SIDE * SIDE];
     glbk_context *gl = &t->gl;
     gl_canvas screen = gl_canvas_make(t, GLBK_FORMAT_COLOR, SIDE, SIDE, 0);
-    glbk_csm_renderer_desc d = { SIDE, SIDE, 1, 0 };
+    glbk_csm_renderer_desc d = { SIDE, SIDE, 1, 0, NULL };
     const glbk_gbuffer_desc sizes = { SIDE, SIDE, { 0, 0, 0, 0, NULL, NULL }, NULL };
     const glbk_gbuffer_desc small = { SIDE, 4, { 0, 0, 0, 0, NULL, NULL }, NULL };
     glbk_gbuffer_desc wide = { SIDE + 1, SIDE, { 0, 0, 0, 0, NULL, NULL }, NULL };
@@ -770,13 +777,6 @@ static void flat_view(void *user, uint32_t index, cohsm_view *out)
 
 static void draw_nothing(void *user, glbk_context *ctx) { (void)user, (void)ctx; }
 
-static int refuse_second(void *user, uint32_t index, const float *z1, const float *z2, const float *z3)
-{
-    (void)z1, (void)z2, (void)z3;
-    *(uint32_t *)user = index;
-    return index == 1;
-}
-
 static void csm_builders_refuse_bad_arguments(void **state)
 {
     GL_TEST(t, state)
@@ -785,7 +785,6 @@ static void csm_builders_refuse_bad_arguments(void **state)
     const glbk_csm_builder_desc defaults = { NULL, flat_view, draw_nothing, NULL, { 0, 0, 0, 0, NULL, NULL } };
     glbk_csm_builder_desc d = { &maps, flat_view, draw_nothing, NULL, { 0, 0, 0, 0, NULL, NULL } };
     glbk_csm_builder b, none;
-    uint32_t last = 99;
 
     memset(&none, 0, sizeof none);
     memset(&maps, 0, sizeof maps);
@@ -809,7 +808,7 @@ static void csm_builders_refuse_bad_arguments(void **state)
     assert_int_equal(b.map_side, 128);
     glbk_csm_builder_free(gl, &b);
     assert_glbk(t, glbk_csm_builder_create(gl, &d, &b));
-    IS_EARLY(glbk_csm_builder_replay(gl, &b, refuse_second, &last));     /* no view yet */
+    IS_EARLY(glbk_csm_builder_end(gl, &b));                              /* no view yet */
     IS_EARLY(glbk_csm_builder_compress(gl, &b));                         /* nothing drawn */
     assert_glbk(t, glbk_csm_builder_draw(gl, &b, 0, 3));
     REFUSED(glbk_csm_builder_draw(NULL, &b, 0, 3));
@@ -820,7 +819,7 @@ static void csm_builders_refuse_bad_arguments(void **state)
     REFUSED(glbk_csm_builder_compress(NULL, &b));
     REFUSED(glbk_csm_builder_compress(gl, NULL));
     REFUSED(glbk_csm_builder_compress(gl, &none));
-    REFUSED(glbk_csm_builder_replay(gl, &none, refuse_second, &last));
+    REFUSED(glbk_csm_builder_end(gl, &none));
     BAD_IS(GLBK_ERR_ORDER, b.drawn_from, 1, glbk_csm_builder_compress(gl, &b));   /* a view would be left out */
     {
         uint32_t keep = b.drawn_from;
@@ -830,11 +829,8 @@ static void csm_builders_refuse_bad_arguments(void **state)
     }
     assert_glbk(t, glbk_csm_builder_compress(gl, &b));
     IS_EARLY(glbk_csm_builder_compress(gl, &b));                         /* the same views again */
-    REFUSED(glbk_csm_builder_replay(NULL, &b, refuse_second, &last));
-    REFUSED(glbk_csm_builder_replay(gl, NULL, refuse_second, &last));
-    REFUSED(glbk_csm_builder_replay(gl, &b, NULL, &last));
-    ERROR_IS(GLBK_ERR_CANCELLED, glbk_csm_builder_replay(gl, &b, refuse_second, &last));    /* it ended so */
-    assert_int_equal(last, 1);
+    REFUSED(glbk_csm_builder_end(NULL, &b));
+    REFUSED(glbk_csm_builder_end(gl, NULL));
     glbk_csm_builder_free(gl, NULL);
     glbk_csm_builder_free(gl, &b);
 }

@@ -156,11 +156,6 @@ static void view_of(void *user, uint32_t index, cohsm_view *out)
 
 static void draw_layer(void *user, glbk_context *gl) { draw_instances(gl, ((built *)user)->s, 1); }
 
-static int add(void *user, uint32_t index, const float *z1, const float *z2, const float *z3)
-{
-    return cohsm_builder_add((cohsm_builder *)user, index, z1, z2, z3) != COHSM_OK;
-}
-
 static cohsm_maps *build(gl_test *t, const glbk_attributes *attributes, shape *s)
 {
     cohsm_desc d;
@@ -186,7 +181,8 @@ static cohsm_maps *build(gl_test *t, const glbk_attributes *attributes, shape *s
     assert_true(count <= gpu.batch);
     assert_glbk(t, glbk_csm_builder_draw(&t->gl, &gpu, 0, count));
     assert_glbk(t, glbk_csm_builder_compress(&t->gl, &gpu));
-    assert_glbk(t, glbk_csm_builder_replay(&t->gl, &gpu, add, b.views));
+    assert_glbk(t, glbk_csm_builder_end(&t->gl, &gpu));
+    assert_int_equal(cohsm_builder_import(b.views, gpu.segments, gpu.segment_count), COHSM_OK);
     assert_int_equal(cohsm_builder_finish(b.views, &maps, NULL), COHSM_OK);
     glbk_csm_builder_free(&t->gl, &gpu);
     cohsm_builder_free(b.views);

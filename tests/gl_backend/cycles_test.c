@@ -61,7 +61,7 @@ static void no_draw(void *user, glbk_context *ctx) { (void)user, (void)ctx; }
 
 static glbk_result make_csm(gl_test *t)
 {
-    static const glbk_csm_renderer_desc renderer = { 4, 4, 0, 0 };
+    static const glbk_csm_renderer_desc renderer = { 4, 4, 0, 0, NULL };
     cohsm_query questions;
     lsamp_light_desc light;
     glbk_csm_lights_desc lights;

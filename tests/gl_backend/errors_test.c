@@ -102,7 +102,7 @@ static void make_objects(gl_test *t)
 {
     const glbk_gbuffer_desc g = { SIDE, SIDE, { 0, 0, 0, 0, NULL, NULL }, NULL };
     const glbk_gbuffer_desc half = { SIDE, SIDE / 2, { 0, 0, 0, 0, NULL, NULL }, NULL };
-    const glbk_csm_renderer_desc c = { SIDE, SIDE, 0, 0 };
+    const glbk_csm_renderer_desc c = { SIDE, SIDE, 0, 0, NULL };
     const glbk_rsm_renderer_desc r = small_rsm();
     const glbk_envsh_maps_desc e = small_envsh();
     const ism_desc i = small_ism();
@@ -170,7 +170,7 @@ static glbk_result width_of_gbuffer(void)
 
 static glbk_result width_of_csm(void)
 {
-    const glbk_csm_renderer_desc d = { width, SIDE, 0, 0 };
+    const glbk_csm_renderer_desc d = { width, SIDE, 0, 0, NULL };
     glbk_csm_renderer made;
     return glbk_csm_renderer_create(gl, &d, &made);
 }
@@ -319,7 +319,7 @@ static glbk_result field_of_gbuffer(void)
 
 static glbk_result field_of_csm(void)
 {
-    const glbk_csm_renderer_desc d = { SIDE, SIDE, 9, 0 };
+    const glbk_csm_renderer_desc d = { SIDE, SIDE, 9, 0, NULL };
     glbk_csm_renderer made;
     return glbk_csm_renderer_create(gl, &d, &made);
 }

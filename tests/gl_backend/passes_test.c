@@ -100,7 +100,7 @@ static void read_screen(gl_test *t, float *out)
 
 static void make_csm(gl_test *t)
 {
-    const glbk_csm_renderer_desc renderer = { SIDE, SIDE, 0, 0 };
+    const glbk_csm_renderer_desc renderer = { SIDE, SIDE, 0, 0, NULL };
     const glbk_gbuffer_desc seen = { SIDE, SIDE, { 0, 0, 0, 0, NULL, NULL }, NULL };
     const float zeros[3 * PIXELS] = { 0 };
     cohsm_query questions;

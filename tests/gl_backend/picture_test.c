@@ -55,7 +55,7 @@ static void make_csm(gl_test *t, glbk_csm_renderer *r, glbk_gbuffer *seen)
 {
     static glbk_pixel pixels[TEXELS];
     const glbk_gbuffer_desc size = { WIDE, HIGH, { 0, 0, 0, 0, NULL, NULL }, NULL };
-    glbk_csm_renderer_desc desc = { WIDE, HIGH, 0, 0 };
+    glbk_csm_renderer_desc desc = { WIDE, HIGH, 0, 0, NULL };
     int i;
     for (i = 0; i < TEXELS; i++) {
         memset(&pixels[i], 0, sizeof pixels[i]);
@@ -309,7 +309,7 @@ static void pictures_blend_as_the_pass_says(void **state)
 static void csm_without_gbuffer_cannot_keep(void **state)
 {
     GL_TEST(t, state)
-    glbk_csm_renderer_desc desc = { WIDE, HIGH, 0, 0 };
+    glbk_csm_renderer_desc desc = { WIDE, HIGH, 0, 0, NULL };
     gl_canvas room = gl_canvas_make(t, GLBK_FORMAT_RGBA8, WIDE, HIGH, 0);
     glbk_picture picture;
     glbk_csm_renderer r;
@@ -336,7 +336,7 @@ static void a_framebuffer_that_stays_bound_is_an_error(void **state)
     GL_TEST(t, state)
     static const float eye[3] = { 0, 0, 1 };
     const glbk_gbuffer_desc size = { WIDE, HIGH, { 0, 0, 0, 0, NULL, NULL }, NULL };
-    glbk_csm_renderer_desc desc = { WIDE, HIGH, 0, 0 };
+    glbk_csm_renderer_desc desc = { WIDE, HIGH, 0, 0, NULL };
     glbk_gbuffer drawn;
     gl_canvas room = gl_canvas_make(t, GLBK_FORMAT_RGBA8, WIDE, HIGH, 0);
     glbk_csm_renderer r;

@@ -106,7 +106,7 @@ static glbk_result resolve_csm(glbk_context *gl, void *renderer, const glbk_pass
 static void csm_resolves_into_any_view(void **state)
 {
     GL_TEST(t, state)
-    glbk_csm_renderer_desc desc = { WIDE, HIGH, 0, 0 };
+    glbk_csm_renderer_desc desc = { WIDE, HIGH, 0, 0, NULL };
     glbk_csm_renderer r;
     assert_glbk(t, glbk_csm_renderer_create(&t->gl, &desc, &r));
     put(t, &r.sums[r.now], 0.5);
