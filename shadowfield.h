@@ -10570,14 +10570,18 @@ static int sfield__find_rooms(sfield_scene *s)
     return 1;
 }
 
-/* Returns whether light j lies in the hull of an entity. */
+/* Returns whether light j lies in the hull of an entity. The list rises with the light, then the entity. */
 static int sfield__is_held(const sfield_scene *s, uint32_t j, uint32_t item)
 {
-    uint32_t i;
+    uint32_t low = 0, high = s->held_count;
     if (!s->item[item].holds || j == s->light_count) return 0;
-    for (i = 0; i < s->held_count; i++)
-        if (s->held[i].light == j && s->held[i].item == item) return 1;
-    return 0;
+    while (low < high) {
+        const uint32_t middle = (low + high) / 2;
+        const struct sfield__tenant *held = &s->held[middle];
+        if (held->light < j || (held->light == j && held->item < item)) low = middle + 1;
+        else high = middle;
+    }
+    return low < s->held_count && s->held[low].light == j && s->held[low].item == item;
 }
 
 /* Returns whether points lie on the room in which light j is: their self-visibility, which says that the room

@@ -371,6 +371,7 @@ struct glbk_sfield_scene {              /* fields and where they stand; read onl
     int          has_brdf;              /* not 0: BRDFs come after the terms */
     int          logarithms;            /* not 0: occlusion fields hold logarithms */
     float        reach;
+    uint64_t     key;                   /* which fields of wavelets begin where; 0: the fields are of harmonics */
     const sfield_algebra *algebra;
 };
 
@@ -572,6 +573,7 @@ typedef struct glbk_sfield_haar {       /* the light of a picture; read only; ze
     uint32_t     batch;                 /* points */
     uint32_t     columns;               /* cubes in a row of their texture */
     int          has_self;
+    uint64_t     self_of;               /* which scene's places self has; 0 = nothing was said */
 } glbk_sfield_haar;
 
 GLBK_DEF glbk_result glbk_sfield_haar_create(glbk_context *ctx, const glbk_sfield_haar_desc *desc,
@@ -594,8 +596,9 @@ GLBK_DEF glbk_result glbk_sfield_haar_self(glbk_context *ctx, glbk_sfield_haar *
 /* Says for whole rows of pixels which self-visibility they have, in the space of the entity that the G-buffer
    names there. Pixels that no call named have none. What is said stays from frame to frame, until another
    call says something else of these rows.
-   scene    the one that glbk_sfield_haar_shade is given then: the texture names places in its table. Say all
-            rows again for another scene
+   scene    the one that glbk_sfield_haar_shade is given then, since the texture names places in its table, or
+            one of the same fields in the same order. The first call for another scene takes self-visibility
+            from all other pixels
    own      haar->width x row_count of them
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, an object was not created, or rows reach beyond height.
             GLBK_ERR_MISMATCH: haar has no desc.self, or a field is none of the scene's self-visibilities.
@@ -608,7 +611,8 @@ GLBK_DEF glbk_result glbk_sfield_haar_shade(glbk_context *ctx, glbk_sfield_haar 
    takes 16 of what the scene has: its entities, and each light three times more.
    open     not 0: light.a is wanted even if there is no sky; else it is 0 then
    Errors   GLBK_ERR_ARGUMENT: an object is NULL or was not created. GLBK_ERR_MISMATCH: the scene has
-            harmonics or other texels, or the G-buffer has another size. GLBK_ERR_LOST */
+            harmonics or other texels or is not the one that self-visibility was named for, or the G-buffer
+            has another size. GLBK_ERR_LOST */
 
 GLBK_DEF void glbk_sfield_haar_free(glbk_context *ctx, glbk_sfield_haar *haar);
 /* Deletes the renderer's objects of GL and zeroes the struct. Accepts NULL. */
@@ -3312,17 +3316,30 @@ GLBK_DEF void glbk_sfield_bind(glbk_context *ctx, const glbk_sfield_scene *s, co
 
 /* ---- sfield: self-visibility ---- */
 
-/* Makes the texture of self-visibility, in which nothing is recorded yet. */
-static glbk_result glbk__sfield_self_create(glbk_context *ctx, glbk_sfield_renderer *r)
+/* Writes zeros to the first layer of a texture of self-visibility: nothing is recorded. */
+static glbk_result glbk__sfield_blank(glbk_context *ctx, const glbk_texture *self)
 {
     const glbk_sfield__allocator memory = glbk_sfield__memory(ctx);
-    void *zeros = glbk_sfield__alloc_array(&memory, r->width, 16);
-    glbk_texture_desc texture;
-    glbk_result result;
+    void *zeros = glbk_sfield__alloc_array(&memory, self->width, 16);
+    glbk_result result = GLBK_OK;
     uint32_t y;
 
     if (!zeros) return GLBK_ERR_ALLOC;
-    memset(zeros, 0, (size_t)r->width * 16);
+    memset(zeros, 0, (size_t)self->width * 16);
+    for (y = 0; y < self->height && result == GLBK_OK; y++) {
+        const glbk_box box = { 0, 0, y, 0, self->width, 1, 1 };
+        result = glbk_texture_update(ctx, self, &box, zeros);
+    }
+    glbk_sfield__free(&memory, zeros);
+    return result;
+}
+
+/* Makes the texture of self-visibility, in which nothing is recorded yet. */
+static glbk_result glbk__sfield_self_create(glbk_context *ctx, glbk_sfield_renderer *r)
+{
+    glbk_texture_desc texture;
+    glbk_result result;
+
     memset(&texture, 0, sizeof texture);
     texture.format = GLBK_FORMAT_RGBA32UI;
     texture.width = r->width;
@@ -3330,12 +3347,7 @@ static glbk_result glbk__sfield_self_create(glbk_context *ctx, glbk_sfield_rende
     texture.layers = (r->bands * r->bands + 7) / 8;
     if (texture.layers < 2) texture.layers = 2;         /* since drawing writes two */
     result = glbk_texture_create(ctx, &texture, &r->self);
-    for (y = 0; y < r->height && result == GLBK_OK; y++) {
-        const glbk_box box = { 0, 0, y, 0, r->width, 1, 1 };
-        result = glbk_texture_update(ctx, &r->self, &box, zeros);
-    }
-    glbk_sfield__free(&memory, zeros);
-    return result;
+    return result == GLBK_OK ? glbk__sfield_blank(ctx, &r->self) : result;
 }
 
 /* Returns a coefficient in signed 16 bits, with 32767 for 1.5, since functions that are at most a cosine have
@@ -3373,6 +3385,15 @@ static glbk_result glbk__sfield_check_gbuffer(const glbk_context *ctx, const cha
     return GLBK_OK;
 }
 
+/* Checks that some rows of a picture are there. */
+static glbk_result glbk__sfield_check_rows(const glbk_context *ctx, const char *function, uint32_t height,
+                                           uint32_t row, uint32_t row_count)
+{
+    if (row >= height) return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, function, "row", row, 0, height - 1);
+    if (row_count && row_count <= height - row) return GLBK_OK;
+    return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, function, "row_count", row_count, 1, height - row);
+}
+
 GLBK_DEF glbk_result glbk_sfield_self_upload(glbk_context *ctx, glbk_sfield_renderer *r, uint32_t row,
                                              uint32_t row_count, const float *const *self)
 {
@@ -3386,11 +3407,8 @@ GLBK_DEF glbk_result glbk_sfield_self_upload(glbk_context *ctx, glbk_sfield_rend
     result = glbk__sfield_check_self(ctx, __func__, r);
     if (result != GLBK_OK) return result;
     if (!self) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "self", "is NULL");
-    if (row >= r->height)
-        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "row", row, 0, r->height - 1);
-    if (!row_count || row_count > r->height - row)
-        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "row_count", row_count, 1,
-                                  r->height - row);
+    result = glbk__sfield_check_rows(ctx, __func__, r->height, row, row_count);
+    if (result != GLBK_OK) return result;
     memory = glbk_sfield__memory(ctx);
     count = (size_t)r->width * row_count;
     n = r->bands * r->bands;
@@ -4075,6 +4093,17 @@ static glbk_result glbk__sfield_haar_fill(glbk__sfield_nursery *n, const glbk_sf
     return n->roots.result;
 }
 
+/* Returns a number for where a scene's fields begin in its table, never 0. Scenes of one number have the
+   self-visibilities of each other. */
+static uint64_t glbk__sfield_haar_key(const glbk_sfield_scene *s)
+{
+    uint64_t key = 1;
+    size_t i;
+    for (i = 0; i < s->field_count; i++)
+        key = (key ^ ((uint64_t)(uintptr_t)s->fields[i].field << 8 ^ s->fields[i].start)) * 1099511628211u;
+    return key | 1;
+}
+
 /* Makes the tables of a scene of wavelets. */
 static glbk_result glbk__sfield_haar_tables(glbk_context *ctx, const char *function, glbk__sfield_nursery *n,
                                             glbk_sfield_scene *out)
@@ -4098,6 +4127,7 @@ static glbk_result glbk__sfield_haar_tables(glbk_context *ctx, const char *funct
     n->roots.table = n->nodes.table = &out->table;
     if (result == GLBK_OK) result = glbk__sfield_haar_fill(n, out->fields);
     qsort(out->fields, out->field_count, sizeof *out->fields, glbk__sfield_by_pointer);
+    out->key = glbk__sfield_haar_key(out);
     return result == GLBK_OK ? glbk__leave_created(ctx, glbk_sfield_haar_sky(ctx, out, NULL)) : result;
 }
 
@@ -4258,24 +4288,6 @@ static glbk_result glbk__sfield_haar_textures(glbk_context *ctx, glbk_sfield_haa
     return result;
 }
 
-/* Makes the texture of self-visibility, in which there is none yet. */
-static glbk_result glbk__sfield_haar_self_create(glbk_context *ctx, glbk_sfield_haar *h)
-{
-    const glbk_sfield__allocator memory = glbk_sfield__memory(ctx);
-    void *zeros = glbk_sfield__alloc_array(&memory, h->width, 4);
-    glbk_result result;
-    uint32_t y;
-    if (!zeros) return GLBK_ERR_ALLOC;
-    memset(zeros, 0, 4 * (size_t)h->width);
-    result = glbk__sfield_haar_texture(ctx, GLBK_FORMAT_R32UI, h->width, h->height, 1, &h->self);
-    for (y = 0; y < h->height && result == GLBK_OK; y++) {
-        const glbk_box box = { 0, 0, y, 0, h->width, 1, 1 };
-        result = glbk_texture_update(ctx, &h->self, &box, zeros);
-    }
-    glbk_sfield__free(&memory, zeros);
-    return result;
-}
-
 static glbk_result glbk__sfield_haar_check_desc(const glbk_context *ctx, const char *function,
                                                 const glbk_sfield_haar_desc *d)
 {
@@ -4308,7 +4320,8 @@ GLBK_DEF glbk_result glbk_sfield_haar_create(glbk_context *ctx, const glbk_sfiel
     out->has_self = d->self != 0;
     glbk__sfield_haar_fit(ctx, d->batch ? d->batch : 256, out);
     result = glbk__sfield_haar_textures(ctx, out);
-    if (result == GLBK_OK && d->self) result = glbk__sfield_haar_self_create(ctx, out);
+    if (result == GLBK_OK && d->self)
+        result = glbk__sfield_haar_texture(ctx, GLBK_FORMAT_R32UI, out->width, out->height, 1, &out->self);
     if (result == GLBK_OK)
         result = glbk__gbuffer_program(ctx, part, "sfield_haar_list.frag", "SFIELD_BANDS=1", &out->find);
     if (result == GLBK_OK)
@@ -4396,11 +4409,8 @@ GLBK_DEF glbk_result glbk_sfield_haar_self(glbk_context *ctx, glbk_sfield_haar *
     if (!h->has_self)
         return glbk__refuse(ctx, GLBK_ERR_MISMATCH, __func__, "haar", "was created without desc.self");
     if (!own) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "own", "is NULL");
-    if (row >= h->height)
-        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "row", row, 0, h->height - 1);
-    if (!row_count || row_count > h->height - row)
-        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "row_count", row_count, 1,
-                                  h->height - row);
+    result = glbk__sfield_check_rows(ctx, __func__, h->height, row, row_count);
+    if (result != GLBK_OK) return result;
     memory = glbk_sfield__memory(ctx);
     count = (size_t)h->width * row_count;
     roots = (uint32_t *)glbk_sfield__alloc_array(&memory, count, 4);
@@ -4410,6 +4420,8 @@ GLBK_DEF glbk_result glbk_sfield_haar_self(glbk_context *ctx, glbk_sfield_haar *
     box.y = row;
     box.width = h->width;
     box.height = row_count;
+    if (result == GLBK_OK && h->self_of != s->key) result = glbk__sfield_blank(ctx, &h->self);
+    if (result == GLBK_OK) h->self_of = s->key;
     if (result == GLBK_OK) result = glbk_texture_update(ctx, &h->self, &box, roots);
     glbk_sfield__free(&memory, roots);
     return result;
@@ -4508,10 +4520,12 @@ GLBK_DEF glbk_result glbk_sfield_haar_shade(glbk_context *ctx, glbk_sfield_haar 
     result = glbk__sfield_haar_check_pair(ctx, __func__, h, s);
     if (result == GLBK_OK) result = glbk__sfield_check_gbuffer(ctx, __func__, h->width, h->height, g);
     if (result != GLBK_OK) return result;
-    most = s->entity_count + 3 * s->light_count + (h->has_self ? 1u : 0u);
+    if (h->self_of && h->self_of != s->key)
+        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, __func__, "scene", "is not the one of glbk_sfield_haar_self");
+    most = s->entity_count + 3 * s->light_count + (h->self_of ? 1u : 0u);
     memset(&b, 0, sizeof b);
     b.slots = most < GLBK__SFIELD_SLOTS ? (most ? most : 1) : (uint32_t)GLBK__SFIELD_SLOTS;
-    b.own = h->has_self != 0;
+    b.own = h->self_of != 0;
     b.side = h->cube_side;
     b.columns = h->columns;
     contents = glbk__sfield_contents_of(s, s->sky || open);

@@ -78,6 +78,7 @@ typedef struct glbk_sfield_haar {       /* the light of a picture; read only; ze
     uint32_t     batch;                 /* points */
     uint32_t     columns;               /* cubes in a row of their texture */
     int          has_self;
+    uint64_t     self_of;               /* which scene's places self has; 0 = nothing was said */
 } glbk_sfield_haar;
 
 GLBK_DEF glbk_result glbk_sfield_haar_create(glbk_context *ctx, const glbk_sfield_haar_desc *desc,
@@ -100,8 +101,9 @@ GLBK_DEF glbk_result glbk_sfield_haar_self(glbk_context *ctx, glbk_sfield_haar *
 /* Says for whole rows of pixels which self-visibility they have, in the space of the entity that the G-buffer
    names there. Pixels that no call named have none. What is said stays from frame to frame, until another
    call says something else of these rows.
-   scene    the one that glbk_sfield_haar_shade is given then: the texture names places in its table. Say all
-            rows again for another scene
+   scene    the one that glbk_sfield_haar_shade is given then, since the texture names places in its table, or
+            one of the same fields in the same order. The first call for another scene takes self-visibility
+            from all other pixels
    own      haar->width x row_count of them
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, an object was not created, or rows reach beyond height.
             GLBK_ERR_MISMATCH: haar has no desc.self, or a field is none of the scene's self-visibilities.
@@ -114,7 +116,8 @@ GLBK_DEF glbk_result glbk_sfield_haar_shade(glbk_context *ctx, glbk_sfield_haar 
    takes 16 of what the scene has: its entities, and each light three times more.
    open     not 0: light.a is wanted even if there is no sky; else it is 0 then
    Errors   GLBK_ERR_ARGUMENT: an object is NULL or was not created. GLBK_ERR_MISMATCH: the scene has
-            harmonics or other texels, or the G-buffer has another size. GLBK_ERR_LOST */
+            harmonics or other texels or is not the one that self-visibility was named for, or the G-buffer
+            has another size. GLBK_ERR_LOST */
 
 GLBK_DEF void glbk_sfield_haar_free(glbk_context *ctx, glbk_sfield_haar *haar);
 /* Deletes the renderer's objects of GL and zeroes the struct. Accepts NULL. */

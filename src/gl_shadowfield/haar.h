@@ -63,24 +63,6 @@ static glbk_result glbk__sfield_haar_textures(glbk_context *ctx, glbk_sfield_haa
     return result;
 }
 
-/* Makes the texture of self-visibility, in which there is none yet. */
-static glbk_result glbk__sfield_haar_self_create(glbk_context *ctx, glbk_sfield_haar *h)
-{
-    const glbk_sfield__allocator memory = glbk_sfield__memory(ctx);
-    void *zeros = glbk_sfield__alloc_array(&memory, h->width, 4);
-    glbk_result result;
-    uint32_t y;
-    if (!zeros) return GLBK_ERR_ALLOC;
-    memset(zeros, 0, 4 * (size_t)h->width);
-    result = glbk__sfield_haar_texture(ctx, GLBK_FORMAT_R32UI, h->width, h->height, 1, &h->self);
-    for (y = 0; y < h->height && result == GLBK_OK; y++) {
-        const glbk_box box = { 0, 0, y, 0, h->width, 1, 1 };
-        result = glbk_texture_update(ctx, &h->self, &box, zeros);
-    }
-    glbk_sfield__free(&memory, zeros);
-    return result;
-}
-
 static glbk_result glbk__sfield_haar_check_desc(const glbk_context *ctx, const char *function,
                                                 const glbk_sfield_haar_desc *d)
 {
@@ -113,7 +95,8 @@ GLBK_DEF glbk_result glbk_sfield_haar_create(glbk_context *ctx, const glbk_sfiel
     out->has_self = d->self != 0;
     glbk__sfield_haar_fit(ctx, d->batch ? d->batch : 256, out);
     result = glbk__sfield_haar_textures(ctx, out);
-    if (result == GLBK_OK && d->self) result = glbk__sfield_haar_self_create(ctx, out);
+    if (result == GLBK_OK && d->self)
+        result = glbk__sfield_haar_texture(ctx, GLBK_FORMAT_R32UI, out->width, out->height, 1, &out->self);
     if (result == GLBK_OK)
         result = glbk__gbuffer_program(ctx, part, "sfield_haar_list.frag", "SFIELD_BANDS=1", &out->find);
     if (result == GLBK_OK)
@@ -201,11 +184,8 @@ GLBK_DEF glbk_result glbk_sfield_haar_self(glbk_context *ctx, glbk_sfield_haar *
     if (!h->has_self)
         return glbk__refuse(ctx, GLBK_ERR_MISMATCH, __func__, "haar", "was created without desc.self");
     if (!own) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "own", "is NULL");
-    if (row >= h->height)
-        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "row", row, 0, h->height - 1);
-    if (!row_count || row_count > h->height - row)
-        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "row_count", row_count, 1,
-                                  h->height - row);
+    result = glbk__sfield_check_rows(ctx, __func__, h->height, row, row_count);
+    if (result != GLBK_OK) return result;
     memory = glbk_sfield__memory(ctx);
     count = (size_t)h->width * row_count;
     roots = (uint32_t *)glbk_sfield__alloc_array(&memory, count, 4);
@@ -215,6 +195,8 @@ GLBK_DEF glbk_result glbk_sfield_haar_self(glbk_context *ctx, glbk_sfield_haar *
     box.y = row;
     box.width = h->width;
     box.height = row_count;
+    if (result == GLBK_OK && h->self_of != s->key) result = glbk__sfield_blank(ctx, &h->self);
+    if (result == GLBK_OK) h->self_of = s->key;
     if (result == GLBK_OK) result = glbk_texture_update(ctx, &h->self, &box, roots);
     glbk_sfield__free(&memory, roots);
     return result;
@@ -313,10 +295,12 @@ GLBK_DEF glbk_result glbk_sfield_haar_shade(glbk_context *ctx, glbk_sfield_haar 
     result = glbk__sfield_haar_check_pair(ctx, __func__, h, s);
     if (result == GLBK_OK) result = glbk__sfield_check_gbuffer(ctx, __func__, h->width, h->height, g);
     if (result != GLBK_OK) return result;
-    most = s->entity_count + 3 * s->light_count + (h->has_self ? 1u : 0u);
+    if (h->self_of && h->self_of != s->key)
+        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, __func__, "scene", "is not the one of glbk_sfield_haar_self");
+    most = s->entity_count + 3 * s->light_count + (h->self_of ? 1u : 0u);
     memset(&b, 0, sizeof b);
     b.slots = most < GLBK__SFIELD_SLOTS ? (most ? most : 1) : (uint32_t)GLBK__SFIELD_SLOTS;
-    b.own = h->has_self != 0;
+    b.own = h->self_of != 0;
     b.side = h->cube_side;
     b.columns = h->columns;
     contents = glbk__sfield_contents_of(s, s->sky || open);

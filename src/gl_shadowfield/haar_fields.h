@@ -278,6 +278,17 @@ static glbk_result glbk__sfield_haar_fill(glbk__sfield_nursery *n, const glbk_sf
     return n->roots.result;
 }
 
+/* Returns a number for where a scene's fields begin in its table, never 0. Scenes of one number have the
+   self-visibilities of each other. */
+static uint64_t glbk__sfield_haar_key(const glbk_sfield_scene *s)
+{
+    uint64_t key = 1;
+    size_t i;
+    for (i = 0; i < s->field_count; i++)
+        key = (key ^ ((uint64_t)(uintptr_t)s->fields[i].field << 8 ^ s->fields[i].start)) * 1099511628211u;
+    return key | 1;
+}
+
 /* Makes the tables of a scene of wavelets. */
 static glbk_result glbk__sfield_haar_tables(glbk_context *ctx, const char *function, glbk__sfield_nursery *n,
                                             glbk_sfield_scene *out)
@@ -301,6 +312,7 @@ static glbk_result glbk__sfield_haar_tables(glbk_context *ctx, const char *funct
     n->roots.table = n->nodes.table = &out->table;
     if (result == GLBK_OK) result = glbk__sfield_haar_fill(n, out->fields);
     qsort(out->fields, out->field_count, sizeof *out->fields, glbk__sfield_by_pointer);
+    out->key = glbk__sfield_haar_key(out);
     return result == GLBK_OK ? glbk__leave_created(ctx, glbk_sfield_haar_sky(ctx, out, NULL)) : result;
 }
 

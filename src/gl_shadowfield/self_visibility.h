@@ -1,16 +1,29 @@
 /* ---- sfield: self-visibility ---- */
 
-/* Makes the texture of self-visibility, in which nothing is recorded yet. */
-static glbk_result glbk__sfield_self_create(glbk_context *ctx, glbk_sfield_renderer *r)
+/* Writes zeros to the first layer of a texture of self-visibility: nothing is recorded. */
+static glbk_result glbk__sfield_blank(glbk_context *ctx, const glbk_texture *self)
 {
     const glbk_sfield__allocator memory = glbk_sfield__memory(ctx);
-    void *zeros = glbk_sfield__alloc_array(&memory, r->width, 16);
-    glbk_texture_desc texture;
-    glbk_result result;
+    void *zeros = glbk_sfield__alloc_array(&memory, self->width, 16);
+    glbk_result result = GLBK_OK;
     uint32_t y;
 
     if (!zeros) return GLBK_ERR_ALLOC;
-    memset(zeros, 0, (size_t)r->width * 16);
+    memset(zeros, 0, (size_t)self->width * 16);
+    for (y = 0; y < self->height && result == GLBK_OK; y++) {
+        const glbk_box box = { 0, 0, y, 0, self->width, 1, 1 };
+        result = glbk_texture_update(ctx, self, &box, zeros);
+    }
+    glbk_sfield__free(&memory, zeros);
+    return result;
+}
+
+/* Makes the texture of self-visibility, in which nothing is recorded yet. */
+static glbk_result glbk__sfield_self_create(glbk_context *ctx, glbk_sfield_renderer *r)
+{
+    glbk_texture_desc texture;
+    glbk_result result;
+
     memset(&texture, 0, sizeof texture);
     texture.format = GLBK_FORMAT_RGBA32UI;
     texture.width = r->width;
@@ -18,12 +31,7 @@ static glbk_result glbk__sfield_self_create(glbk_context *ctx, glbk_sfield_rende
     texture.layers = (r->bands * r->bands + 7) / 8;
     if (texture.layers < 2) texture.layers = 2;         /* since drawing writes two */
     result = glbk_texture_create(ctx, &texture, &r->self);
-    for (y = 0; y < r->height && result == GLBK_OK; y++) {
-        const glbk_box box = { 0, 0, y, 0, r->width, 1, 1 };
-        result = glbk_texture_update(ctx, &r->self, &box, zeros);
-    }
-    glbk_sfield__free(&memory, zeros);
-    return result;
+    return result == GLBK_OK ? glbk__sfield_blank(ctx, &r->self) : result;
 }
 
 /* Returns a coefficient in signed 16 bits, with 32767 for 1.5, since functions that are at most a cosine have
@@ -61,6 +69,15 @@ static glbk_result glbk__sfield_check_gbuffer(const glbk_context *ctx, const cha
     return GLBK_OK;
 }
 
+/* Checks that some rows of a picture are there. */
+static glbk_result glbk__sfield_check_rows(const glbk_context *ctx, const char *function, uint32_t height,
+                                           uint32_t row, uint32_t row_count)
+{
+    if (row >= height) return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, function, "row", row, 0, height - 1);
+    if (row_count && row_count <= height - row) return GLBK_OK;
+    return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, function, "row_count", row_count, 1, height - row);
+}
+
 GLBK_DEF glbk_result glbk_sfield_self_upload(glbk_context *ctx, glbk_sfield_renderer *r, uint32_t row,
                                              uint32_t row_count, const float *const *self)
 {
@@ -74,11 +91,8 @@ GLBK_DEF glbk_result glbk_sfield_self_upload(glbk_context *ctx, glbk_sfield_rend
     result = glbk__sfield_check_self(ctx, __func__, r);
     if (result != GLBK_OK) return result;
     if (!self) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "self", "is NULL");
-    if (row >= r->height)
-        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "row", row, 0, r->height - 1);
-    if (!row_count || row_count > r->height - row)
-        return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, __func__, "row_count", row_count, 1,
-                                  r->height - row);
+    result = glbk__sfield_check_rows(ctx, __func__, r->height, row, row_count);
+    if (result != GLBK_OK) return result;
     memory = glbk_sfield__memory(ctx);
     count = (size_t)r->width * row_count;
     n = r->bands * r->bands;

@@ -629,6 +629,56 @@ static void renderers_refuse_bad_arguments(void **state)
     close_world(t, &w);
 }
 
+/* What glbk_sfield_haar_self wrote are places in one scene's table. */
+static void self_visibility_is_of_one_scene(void **state)
+{
+    GL_TEST(t, state)
+    static float sky[3 * 6 * SIDE * SIDE], bare[4 * POINTS], whole[4 * POINTS];
+    static glbk_sfield_own owns[POINTS];
+    static world w;
+    const sfield_field *two[2] = { field[BOX], field[OWN] };
+    glbk_sfield_haar_scene_desc sd = scene_desc();
+    glbk_sfield_scene same, other;
+    uint32_t i, differ = 0;
+    open_world(t, &w, 0);
+    memcpy(w.position, at_box, sizeof at_box);
+    for (i = 0; i < 3 * POINTS; i++) w.normal[i] = -out_of_box[i];     /* into the box, which is convex */
+    for (i = 0; i < sizeof sky / sizeof sky[0]; i++) sky[i] = 1;
+    assert_glbk(t, glbk_sfield_haar_upload(&t->gl, &sd, &same));
+    sd.fields = two;
+    sd.field_count = 2;
+    assert_glbk(t, glbk_sfield_haar_upload(&t->gl, &sd, &other));
+    assert_glbk(t, glbk_sfield_haar_sky(&t->gl, &w.gl, sky));
+    assert_glbk(t, glbk_sfield_haar_sky(&t->gl, &same, sky));
+    assert_glbk(t, glbk_sfield_haar_sky(&t->gl, &other, sky));
+    shade_gl(t, &w, POINTS, 0, NULL, 0);
+    memcpy(bare, w.light, sizeof bare);
+    shade_gl(t, &w, POINTS, 0, NULL, 1);
+    memcpy(whole, w.light, sizeof whole);
+    for (i = 0; i < POINTS; i++) differ += fabsf(whole[4 * i] - bare[4 * i]) > 1e-4f;
+    assert_true(differ > POINTS / 4);           /* or the rest shows nothing */
+    assert_glbk(t, glbk_sfield_haar_shade(&t->gl, &w.haar, &w.gbuffer, &same, 1));
+    assert_glbk(t, glbk_target_read(&t->gl, &w.haar.target, 0, 0, 0, WIDTH, POINTS / WIDTH, w.light));
+    assert_memory_equal(w.light, whole, sizeof whole);
+    LOGGED("glbk_sfield_haar_shade: scene is not the one of glbk_sfield_haar_self",
+           glbk_sfield_haar_shade(&t->gl, &w.haar, &w.gbuffer, &other, 1), GLBK_ERR_MISMATCH);
+    memset(owns, 0, sizeof owns);
+    for (i = 0; i < WIDTH; i++) {               /* the first row alone, for the other scene */
+        owns[i].self = field[OWN];
+        owns[i].point = i;
+    }
+    assert_glbk(t, glbk_sfield_haar_self(&t->gl, &w.haar, &other, 0, 1, owns));
+    LOGGED("glbk_sfield_haar_shade: scene is not the one of glbk_sfield_haar_self",
+           glbk_sfield_haar_shade(&t->gl, &w.haar, &w.gbuffer, &w.gl, 1), GLBK_ERR_MISMATCH);
+    assert_glbk(t, glbk_sfield_haar_shade(&t->gl, &w.haar, &w.gbuffer, &other, 1));
+    assert_glbk(t, glbk_target_read(&t->gl, &w.haar.target, 0, 0, 0, WIDTH, POINTS / WIDTH, w.light));
+    assert_memory_equal(w.light, whole, 4 * WIDTH * sizeof(float));
+    assert_memory_equal(w.light + 4 * WIDTH, bare + 4 * WIDTH, sizeof bare - 4 * WIDTH * sizeof(float));
+    glbk_sfield_scene_free(&t->gl, &same);
+    glbk_sfield_scene_free(&t->gl, &other);
+    close_world(t, &w);
+}
+
 /* ---- failures put into GL's mouth, and a state turned over ---- */
 
 static uint32_t (GLBK_CALL *real_error)(void);
@@ -787,7 +837,8 @@ int main(int count, char **values)
         gl_unit_test(a_ball_hides_the_square_of_its_sine), gl_unit_test(a_ball_before_a_lamp_leaves_a_ring),
         gl_unit_test(scenes_are_shaded_as_on_the_cpu), gl_unit_test(long_lists_take_more_rounds),
         gl_unit_test(bodies_of_every_side_of_texels), gl_unit_test(scenes_refuse_bad_arguments),
-        gl_unit_test(renderers_refuse_bad_arguments), gl_unit_test(failures_leave_nothing),
+        gl_unit_test(renderers_refuse_bad_arguments), gl_unit_test(self_visibility_is_of_one_scene),
+        gl_unit_test(failures_leave_nothing),
         gl_unit_test(a_hostile_state_changes_nothing), gl_unit_test(a_lost_context_is_called_no_more)
     };
     struct CMUnitTest lit[5];
