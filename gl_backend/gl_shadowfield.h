@@ -371,7 +371,7 @@ struct glbk_sfield_scene {              /* fields and where they stand; read onl
     int          has_brdf;              /* not 0: BRDFs come after the terms */
     int          logarithms;            /* not 0: occlusion fields hold logarithms */
     float        reach;
-    uint64_t     key;                   /* which fields of wavelets begin where; 0: the fields are of harmonics */
+    uint64_t     key;                   /* of wavelets: which fields begin where */
     const sfield_algebra *algebra;
 };
 
@@ -4521,7 +4521,8 @@ GLBK_DEF glbk_result glbk_sfield_haar_shade(glbk_context *ctx, glbk_sfield_haar 
     if (result == GLBK_OK) result = glbk__sfield_check_gbuffer(ctx, __func__, h->width, h->height, g);
     if (result != GLBK_OK) return result;
     if (h->self_of && h->self_of != s->key)
-        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, __func__, "scene", "is not the one of glbk_sfield_haar_self");
+        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, __func__, "scene",
+                            "is not the one of glbk_sfield_haar_self");
     most = s->entity_count + 3 * s->light_count + (h->self_of ? 1u : 0u);
     memset(&b, 0, sizeof b);
     b.slots = most < GLBK__SFIELD_SLOTS ? (most ? most : 1) : (uint32_t)GLBK__SFIELD_SLOTS;

@@ -103,7 +103,7 @@ struct glbk_sfield_scene {              /* fields and where they stand; read onl
     int          has_brdf;              /* not 0: BRDFs come after the terms */
     int          logarithms;            /* not 0: occlusion fields hold logarithms */
     float        reach;
-    uint64_t     key;                   /* which fields of wavelets begin where; 0: the fields are of harmonics */
+    uint64_t     key;                   /* of wavelets: which fields begin where */
     const sfield_algebra *algebra;
 };
 
