@@ -233,9 +233,10 @@ COHSM_DEF cohsm_result cohsm_build(const struct cohsm_desc *desc, const struct c
             location), COHSM_ERR_LIMIT (2^31 corners, maps of 4 GiB), COHSM_ERR_ALLOC, COHSM_ERR_CANCELLED
    Cost     Time grows with maps x (triangles + pixels). The memory needed is the sum of these, for N maps of
             M pixels a side, of which a shard has n pixels (M^2 without shards): at most 100 bytes a triangle
-            at first, then 40 (44 with a mask); 32 views of 4 M^2 bytes (Z1Z2) or 8 M^2; 80 n; 4 N (20 N with
-            locations); 16 bytes a segment of the last 65,536 maps; and twice the block. For
-            COHSM_LAYOUT_FAST the trays come on top, and while they are made what cohsm_open_as says */
+            at first, then 40 (44 with a mask); 32 views, or 64 if M is at most 128, of 4 M^2 bytes (Z1Z2) or
+            8 M^2; 800,000; 80 n; 4 N (20 N with locations); 16 bytes a segment of the last 65,536 maps; and
+            twice the block. For COHSM_LAYOUT_FAST the trays come on top, and while they are made what
+            cohsm_open_as says */
 #endif
 
 COHSM_DEF cohsm_result cohsm_visible(const cohsm_maps *maps, const struct cohsm_query *query, float *visible,
@@ -2728,24 +2729,16 @@ static unsigned cohsm__face_sees8(const cohsm__target *t, const cohsm__camera *c
     return mask;
 }
 
-/* Triangles whose boxes hold samples wait in a queue until there are many; then as many as there are lanes
-   are drawn together. On a fine mesh one triangle in five holds samples, and no branch predictor knows which
-   one: a branch after each triangle costs more than setting the triangle up. */
-enum { COHSM__MANY = 128, COHSM__QUEUE = COHSM__MANY + 32 };
-typedef struct cohsm__queue {
-    int32_t  x[3][COHSM__QUEUE], y[3][COHSM__QUEUE];
-    float    z[3][COHSM__QUEUE];
-    uint32_t count;
-} cohsm__queue;
-
-/* Depths wait to be entered until there are many, too: how many of the lanes that are drawn together hit is
+/* Depths wait to be entered until there are many: how many of the lanes that are drawn together hit is
    anybody's guess, and a loop over each few hits ends where no predictor expects it. */
+enum { COHSM__MANY = 80, COHSM__QUEUE = COHSM__MANY + 32 };         /* kernels write 16 entries at a time */
 typedef struct cohsm__hits {
-    int32_t  pixel[COHSM__MANY + 32], depth[COHSM__MANY + 32];      /* kernels write 16 entries at a time */
-    uint32_t count;
+    int32_t  pixel[COHSM__QUEUE], area[COHSM__QUEUE], depth[COHSM__QUEUE];
+    float    sum[COHSM__QUEUE];         /* of the corners' depths, each by its part of the area */
+    uint32_t count, fill[15];           /* fills a cache line */
 } cohsm__hits;
 
-static void cohsm__enter_hits(const cohsm__target *t, cohsm__hits *hits)
+static void cohsm__insert_hits(const cohsm__target *t, cohsm__hits *hits)
 {
     uint32_t i;
     for (i = 0; i < hits->count; i++)
@@ -2754,15 +2747,37 @@ static void cohsm__enter_hits(const cohsm__target *t, cohsm__hits *hits)
     hits->count = 0;
 }
 
+/* Specks are triangles whose box holds one sample. On a fine mesh nearly all that hold any are specks. */
+typedef struct cohsm__specks {
+    int32_t  corner[3][COHSM__QUEUE];   /* as seen from the sample: x in the low half, y in the high half */
+    float    z[3][COHSM__QUEUE];
+    int32_t  pixel[COHSM__QUEUE];
+    uint32_t count, fill[15];           /* fills a cache line */
+} cohsm__specks;
+
+/* Triangles whose boxes hold samples wait in a queue until there are many; then as many as there are lanes
+   are drawn together. On a fine mesh one triangle in five holds samples, and no branch predictor knows which
+   one: a branch after each triangle costs more than setting the triangle up. */
+typedef struct cohsm__queue {
+    int32_t  x[3][COHSM__QUEUE], y[3][COHSM__QUEUE];
+    float    z[3][COHSM__QUEUE];
+    uint32_t count, fill[15];           /* fills a cache line */
+    cohsm__specks specks;               /* are not among the others */
+    cohsm__hits   hits;
+} cohsm__queue;
+
 /* Directions of one column of the sphere have one axis to the right: of a mesh whose triangles are smaller
    than a pixel, most have no sample column between their corners and are left out of all these views at
    once. Up to COHSM__ABREAST views are drawn together, a slab of the mesh after the other: of its
-   triangles, those that hold a sample column, with x on the images and all three corners. */
+   triangles, those that hold a sample column, with x on the images and all three corners. Views of other
+   axes are drawn together as well, since each slab is then near when the next one reads it. */
 enum { COHSM__ABREAST = 8, COHSM__SLAB = 16 * COHSM__CLUSTER, COHSM__CLUSTERS_AHEAD = 12 };
 typedef struct cohsm__slab {
-    int32_t  x[3][COHSM__SLAB + 16];   /* kernels write 16 entries at a time */
+    int32_t  x[3][COHSM__SLAB + 16];    /* kernels write 16 entries at a time */
+    int32_t  off[3][COHSM__SLAB + 16];  /* of corners from the middle of the sample column */
+    int32_t  column[COHSM__SLAB + 16];  /* the one sample column, or -1 if there are several */
     float    corner[9][COHSM__SLAB + 16];
-    uint32_t count;
+    uint32_t count, fill[15];           /* fills a cache line */
 } cohsm__slab;
 typedef struct cohsm__column { cohsm__slab slab; cohsm__queue queue[COHSM__ABREAST]; } cohsm__column;
 
@@ -3817,7 +3832,11 @@ static void cohsm__lay_raw(cohsm__layout *l, uint32_t *lookup, const uint32_t *l
 
 /* ---- builder: layers to segments, one view at a time ---- */
 
-enum { COHSM__RANGES = 16, COHSM__BATCH = 32 };
+enum {
+    COHSM__RANGES = 16,
+    COHSM__BATCH = 64,                  /* views that are drawn before they are compressed, the most */
+    COHSM__BATCH_SIDE = 128             /* M beyond which a batch has half as many, for want of memory */
+};
 
 typedef struct cohsm__record {          /* a closed segment on its way to a list */
     uint32_t pixel;                     /* within the range; top bit: exact, its depth in lo | hi << 8 */
@@ -3854,9 +3873,9 @@ struct cohsm_builder {
     int32_t          *span;             /* of each pixel of the shard: the grid values that its open segment
                                            can have, lo | hi << 16 */
     uint32_t         *first;            /* its first view within the chunk */
-    uint16_t         *batch;            /* COHSM__BATCH views with `keep` values a pixel: z1, z2, z3, and the
-                                           depth where the ray leaves the sphere (Z1Z3_SPHERE only) */
-    uint32_t          keep, batch_size, batch_begin, batch_count;
+    uint16_t         *batch;            /* batch_views views with `keep` values a pixel: z1, z2, z3, and
+                                           the depth where the ray leaves the sphere (Z1Z3_SPHERE only) */
+    uint32_t          keep, batch_size, batch_views, batch_begin, batch_count;
     uint32_t          next_view, range_pixels, page_records;
     cohsm__grid       grid;
     float             thickness;        /* desc.open_thickness in 16-bit depths; for maps of positions, as a
@@ -5862,29 +5881,35 @@ static const int32_t cohsm__numbers[16] = { 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11
 #define cohsm__spans COHSM__NAME_IN_SET(cohsm__spans, COHSM__SET)
 #define cohsm__sides COHSM__NAME_IN_SET(cohsm__sides, COHSM__SET)
 #define cohsm__span COHSM__NAME_IN_SET(cohsm__span, COHSM__SET)
+#define cohsm__span_clamp COHSM__NAME_IN_SET(cohsm__span_clamp, COHSM__SET)
+#define cohsm__span_meets COHSM__NAME_IN_SET(cohsm__span_meets, COHSM__SET)
 #define cohsm__spans_of COHSM__NAME_IN_SET(cohsm__spans_of, COHSM__SET)
+#define cohsm__enter_hits COHSM__NAME_IN_SET(cohsm__enter_hits, COHSM__SET)
+#define cohsm__note_hits COHSM__NAME_IN_SET(cohsm__note_hits, COHSM__SET)
 #define cohsm__side_from COHSM__NAME_IN_SET(cohsm__side_from, COHSM__SET)
 #define cohsm__side_loses COHSM__NAME_IN_SET(cohsm__side_loses, COHSM__SET)
 #define cohsm__sides_step COHSM__NAME_IN_SET(cohsm__sides_step, COHSM__SET)
 #define cohsm__side_areas COHSM__NAME_IN_SET(cohsm__side_areas, COHSM__SET)
 #define cohsm__to_front COHSM__NAME_IN_SET(cohsm__to_front, COHSM__SET)
-#define cohsm__note_samples COHSM__NAME_IN_SET(cohsm__note_samples, COHSM__SET)
 #define cohsm__draw_boxes COHSM__NAME_IN_SET(cohsm__draw_boxes, COHSM__SET)
 #define cohsm__draw_alone COHSM__NAME_IN_SET(cohsm__draw_alone, COHSM__SET)
 #define cohsm__draw_some COHSM__NAME_IN_SET(cohsm__draw_some, COHSM__SET)
+#define cohsm__draw_specks COHSM__NAME_IN_SET(cohsm__draw_specks, COHSM__SET)
 #define cohsm__draw_queue COHSM__NAME_IN_SET(cohsm__draw_queue, COHSM__SET)
+#define cohsm__sample_middle COHSM__NAME_IN_SET(cohsm__sample_middle, COHSM__SET)
 #define cohsm__corner_load COHSM__NAME_IN_SET(cohsm__corner_load, COHSM__SET)
 #define cohsm__fixed COHSM__NAME_IN_SET(cohsm__fixed, COHSM__SET)
 #define cohsm__depths COHSM__NAME_IN_SET(cohsm__depths, COHSM__SET)
 #define cohsm__queue_add COHSM__NAME_IN_SET(cohsm__queue_add, COHSM__SET)
 #define cohsm__image_axes COHSM__NAME_IN_SET(cohsm__image_axes, COHSM__SET)
 #define cohsm__image_axes_of COHSM__NAME_IN_SET(cohsm__image_axes_of, COHSM__SET)
-#define cohsm__queue_triangles COHSM__NAME_IN_SET(cohsm__queue_triangles, COHSM__SET)
-#define cohsm__find_x COHSM__NAME_IN_SET(cohsm__find_x, COHSM__SET)
-#define cohsm__enqueue COHSM__NAME_IN_SET(cohsm__enqueue, COHSM__SET)
 #define cohsm__prefetch_part COHSM__NAME_IN_SET(cohsm__prefetch_part, COHSM__SET)
+#define cohsm__slab_corner COHSM__NAME_IN_SET(cohsm__slab_corner, COHSM__SET)
 #define cohsm__slab_add COHSM__NAME_IN_SET(cohsm__slab_add, COHSM__SET)
 #define cohsm__find_slab COHSM__NAME_IN_SET(cohsm__find_slab, COHSM__SET)
+#define cohsm__specks_add COHSM__NAME_IN_SET(cohsm__specks_add, COHSM__SET)
+#define cohsm__slab_load COHSM__NAME_IN_SET(cohsm__slab_load, COHSM__SET)
+#define cohsm__enqueue_some COHSM__NAME_IN_SET(cohsm__enqueue_some, COHSM__SET)
 #define cohsm__enqueue_slab COHSM__NAME_IN_SET(cohsm__enqueue_slab, COHSM__SET)
 #define cohsm__divide_65535 COHSM__NAME_IN_SET(cohsm__divide_65535, COHSM__SET)
 #define cohsm__grid_above_lanes COHSM__NAME_IN_SET(cohsm__grid_above_lanes, COHSM__SET)
@@ -6780,6 +6805,9 @@ static inline COHSM__IN_KERNEL cohsm__lanes3 cohsm__lanes3_load_fours(const void
 #define cohsm__halves_of16 COHSM__NAME_IN_SET(cohsm__halves_of16, COHSM__SET)
 #define cohsm__halves_up_to COHSM__NAME_IN_SET(cohsm__halves_up_to, COHSM__SET)
 #define cohsm__ints_and COHSM__NAME_IN_SET(cohsm__ints_and, COHSM__SET)
+#define cohsm__ints_xor COHSM__NAME_IN_SET(cohsm__ints_xor, COHSM__SET)
+#define cohsm__ints_join_halves COHSM__NAME_IN_SET(cohsm__ints_join_halves, COHSM__SET)
+#define cohsm__ints_cross_halves COHSM__NAME_IN_SET(cohsm__ints_cross_halves, COHSM__SET)
 #define cohsm__ints_gather COHSM__NAME_IN_SET(cohsm__ints_gather, COHSM__SET)
 
 /* Returns the low 32 bits of products, so that signs do not matter. */
@@ -6884,6 +6912,68 @@ static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__ints_and(cohsm__lane_ints
     COHSM__EACH(k.v[piece] = _mm_and_si128(k.v[piece], n.v[piece]))
 #else
     COHSM__EACH(k.v[piece] = k.v[piece] & n.v[piece])
+#endif
+    return k;
+}
+
+static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__ints_xor(cohsm__lane_ints k, cohsm__lane_ints n)
+{
+#if COHSM__WIDTH == 16
+    COHSM__EACH(k.v[piece] = _mm512_xor_si512(k.v[piece], n.v[piece]))
+#elif COHSM__WIDTH == 8
+    COHSM__EACH(k.v[piece] = _mm256_xor_si256(k.v[piece], n.v[piece]))
+#elif COHSM__SIMD_X86
+    COHSM__EACH(k.v[piece] = _mm_xor_si128(k.v[piece], n.v[piece]))
+#else
+    COHSM__EACH(k.v[piece] = k.v[piece] ^ n.v[piece])
+#endif
+    return k;
+}
+
+/* Returns the low halves of k below those of n. */
+static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__ints_join_halves(cohsm__lane_ints k, cohsm__lane_ints n)
+{
+#if COHSM__WIDTH == 16
+    COHSM__EACH(
+        const __m512i high = _mm512_maskz_slli_epi32((__mmask16)0xffff, n.v[piece], 16);
+        k.v[piece] = _mm512_mask_blend_epi16((__mmask32)0x55555555, high, k.v[piece]))
+#elif COHSM__WIDTH == 8
+    COHSM__EACH(k.v[piece] = _mm256_blend_epi16(_mm256_slli_epi32(n.v[piece], 16), k.v[piece], 0x55))
+#elif COHSM__SIMD_X86
+    COHSM__EACH(k.v[piece] = _mm_or_si128(_mm_slli_epi32(n.v[piece], 16),
+                                     _mm_and_si128(k.v[piece], _mm_set1_epi32(0xffff))))
+#else
+    COHSM__EACH(
+        const cohsm__piece_words high = (cohsm__piece_words)n.v[piece] << 16;
+        k.v[piece] = (cohsm__piece_ints)(high | ((cohsm__piece_words)k.v[piece] & 0xffffu)))
+#endif
+    return k;
+}
+
+/* Returns kx ny - nx ky, where x is the low half of a number and y the high half, both with a sign; x of n is
+   not the least that a half can be. */
+static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__ints_cross_halves(cohsm__lane_ints k, cohsm__lane_ints n)
+{
+#if COHSM__WIDTH == 16
+    COHSM__EACH(
+        const __m512i turned = _mm512_maskz_rol_epi32((__mmask16)0xffff, n.v[piece], 16);
+        const __m512i zero = _mm512_setzero_si512();
+        k.v[piece] = _mm512_madd_epi16(
+            k.v[piece], _mm512_mask_sub_epi16(turned, (__mmask32)0xaaaaaaaau, zero, turned)))
+#elif COHSM__WIDTH == 8
+    COHSM__EACH(
+        const __m256i turned = _mm256_shufflehi_epi16(_mm256_shufflelo_epi16(n.v[piece], 0xb1), 0xb1);
+        k.v[piece] = _mm256_madd_epi16(
+            k.v[piece], _mm256_sign_epi16(turned, _mm256_set1_epi32((int)0xffff0001u))))
+#elif COHSM__SIMD_X86
+    COHSM__EACH(
+        const __m128i y = _mm_srli_epi32(n.v[piece], 16), x = _mm_slli_epi32(n.v[piece], 16);
+        k.v[piece] = _mm_madd_epi16(k.v[piece], _mm_or_si128(y, _mm_sub_epi32(_mm_setzero_si128(), x))))
+#else
+    COHSM__EACH(
+        const cohsm__piece_ints kx = (cohsm__piece_ints)((cohsm__piece_words)k.v[piece] << 16) >> 16, ky = k.v[piece] >> 16;
+        const cohsm__piece_ints nx = (cohsm__piece_ints)((cohsm__piece_words)n.v[piece] << 16) >> 16, ny = n.v[piece] >> 16;
+        k.v[piece] = kx * ny - nx * ky)
 #endif
     return k;
 }
@@ -7082,26 +7172,69 @@ typedef struct cohsm__triangles {
 /* The samples of the triangles' boxes: columns lx..hx, rows ly..hy. */
 typedef struct cohsm__spans { cohsm__lane_ints lx, hx, ly, hy; } cohsm__spans;
 
-/* Writes the first and the last sample between the least and the greatest of three coordinates that lies
-   within begin..end - 1. */
+/* Writes the first and the last sample between the least and the greatest of three coordinates, also beyond
+   the image; the first is the last one's successor where there is none. */
 static inline COHSM__IN_KERNEL void cohsm__span(cohsm__lane_ints a, cohsm__lane_ints b, cohsm__lane_ints c,
-                                                int begin, int end, cohsm__lane_ints *low,
-                                                cohsm__lane_ints *high)
+                                                cohsm__lane_ints *low, cohsm__lane_ints *high)
 {
     const cohsm__lane_ints l = cohsm__ints_min(cohsm__ints_min(a, b), c);
     const cohsm__lane_ints h = cohsm__ints_max(cohsm__ints_max(a, b), c);
     *low = cohsm__ints_shift_right(cohsm__ints_add(l, cohsm__ints_all(127)), 8);
     *high = cohsm__ints_shift_right(cohsm__ints_sub(h, cohsm__ints_all(128)), 8);
+}
+
+/* Leaves of a span the samples begin..end - 1. */
+static inline COHSM__IN_KERNEL void cohsm__span_clamp(cohsm__lane_ints *low, cohsm__lane_ints *high,
+                                                      int begin, int end)
+{
     *low = cohsm__ints_max(*low, cohsm__ints_all(begin));
     *high = cohsm__ints_min(*high, cohsm__ints_all(end - 1));
+}
+
+/* Says which spans hold one of the samples begin..end - 1. */
+static inline COHSM__IN_KERNEL cohsm__lane_mask cohsm__span_meets(cohsm__lane_ints low, cohsm__lane_ints high,
+                                                                  int begin, int end)
+{
+    cohsm__span_clamp(&low, &high, begin, end);
+    return cohsm__ints_greater(cohsm__ints_add(high, cohsm__ints_all(1)), low);
 }
 
 static inline COHSM__IN_KERNEL cohsm__spans cohsm__spans_of(const cohsm__target *t, const cohsm__triangles *p)
 {
     cohsm__spans s;
-    cohsm__span(p->x0, p->x1, p->x2, 0, t->size, &s.lx, &s.hx);
-    cohsm__span(p->y0, p->y1, p->y2, t->row_begin, t->row_end, &s.ly, &s.hy);
+    cohsm__span(p->x0, p->x1, p->x2, &s.lx, &s.hx);
+    cohsm__span(p->y0, p->y1, p->y2, &s.ly, &s.hy);
+    cohsm__span_clamp(&s.lx, &s.hx, 0, t->size);
+    cohsm__span_clamp(&s.ly, &s.hy, t->row_begin, t->row_end);
     return s;
+}
+
+/* Enters the hits, whose depths are computed as many at a time as there are lanes. */
+static inline COHSM__IN_KERNEL void cohsm__enter_hits(const cohsm__target *t, cohsm__hits *hits)
+{
+    const cohsm__lanes top = cohsm__lanes_all((float)COHSM__HIT_MAX);
+    uint32_t i;
+
+    for (i = 0; i < hits->count; i += COHSM__LANE_COUNT) {
+        const cohsm__lanes area = cohsm__lanes_of_ints(cohsm__ints_load(hits->area + i));
+        cohsm__lanes z = cohsm__lanes_div(cohsm__lanes_all(1.0f), area);
+        z = cohsm__lanes_mul(cohsm__lanes_mul(cohsm__lanes_load(hits->sum + i), z), top);
+        z = cohsm__lanes_min(cohsm__lanes_max(z, cohsm__lanes_all(0.0f)), top);
+        cohsm__ints_store(hits->depth + i, cohsm__lanes_truncate(z));
+    }
+    cohsm__insert_hits(t, hits);
+}
+
+/* Notes one sample a lane as hit, for the lanes of a mask. */
+static inline COHSM__IN_KERNEL void cohsm__note_hits(const cohsm__target *t, cohsm__lane_mask hit,
+                                                     cohsm__lane_ints pixel, cohsm__lanes sum,
+                                                     cohsm__lane_ints area, cohsm__hits *hits)
+{
+    cohsm__ints_append(hits->pixel + hits->count, hit, pixel);
+    cohsm__lanes_append(hits->sum + hits->count, hit, sum);
+    cohsm__ints_append(hits->area + hits->count, hit, area);
+    hits->count += cohsm__mask_count(hit);
+    if (hits->count > COHSM__MANY) cohsm__enter_hits(t, hits);
 }
 
 /* Twice the areas that a sample makes with the three sides of a triangle; w0 belongs to the side opposite
@@ -7164,33 +7297,13 @@ static inline COHSM__IN_KERNEL void cohsm__to_front(cohsm__triangles *p, cohsm__
     p->z2 = cohsm__lanes_select(behind, z1, p->z2);
 }
 
-/* Notes the depths of one sample a lane, that at (x, y) with the areas w, for the lanes of a mask. */
-static inline COHSM__IN_KERNEL void cohsm__note_samples(const cohsm__target *t, const cohsm__triangles *p,
-                                                        const cohsm__sides *w, cohsm__lanes scale,
-                                                        cohsm__lane_ints x, cohsm__lane_ints y,
-                                                        cohsm__lane_mask drawn, cohsm__hits *hits)
-{
-    const cohsm__lanes top = cohsm__lanes_all((float)COHSM__HIT_MAX);
-    const cohsm__lane_ints pixel = cohsm__ints_add(cohsm__ints_mul(y, cohsm__ints_all(t->size)), x);
-    cohsm__lanes z = cohsm__lanes_mul(cohsm__lanes_of_ints(w->w0), p->z0);
-
-    z = cohsm__lanes_add(z, cohsm__lanes_mul(cohsm__lanes_of_ints(w->w1), p->z1));
-    z = cohsm__lanes_add(z, cohsm__lanes_mul(cohsm__lanes_of_ints(w->w2), p->z2));
-    z = cohsm__lanes_mul(cohsm__lanes_mul(z, scale), top);
-    z = cohsm__lanes_min(cohsm__lanes_max(z, cohsm__lanes_all(0.0f)), top);
-    cohsm__ints_append(hits->pixel + hits->count, drawn, pixel);
-    cohsm__ints_append(hits->depth + hits->count, drawn, cohsm__lanes_truncate(z));
-    hits->count += cohsm__mask_count(drawn);
-    if (hits->count > COHSM__MANY) cohsm__enter_hits(t, hits);
-}
-
 /* Draws triangles by going through all samples of their boxes together. */
 static inline COHSM__IN_KERNEL void cohsm__draw_boxes(const cohsm__target *t, cohsm__triangles *p,
                                                       const cohsm__spans *span, cohsm__lane_mask use,
                                                       cohsm__hits *hits)
 {
     const cohsm__lane_ints zero = cohsm__ints_all(0), one = cohsm__ints_all(1);
-    const cohsm__lane_ints pixel = cohsm__ints_all(COHSM__SUBPIXEL);
+    const cohsm__lane_ints pixel = cohsm__ints_all(COHSM__SUBPIXEL), size = cohsm__ints_all(t->size);
     cohsm__lane_ints area = cohsm__side_from(cohsm__ints_sub(p->x1, p->x0), cohsm__ints_sub(p->y1, p->y0),
                                              cohsm__ints_sub(p->x2, p->x0), cohsm__ints_sub(p->y2, p->y0));
     const cohsm__lane_ints end_x = cohsm__ints_add(span->hx, one), end_y = cohsm__ints_add(span->hy, one);
@@ -7198,12 +7311,11 @@ static inline COHSM__IN_KERNEL void cohsm__draw_boxes(const cohsm__target *t, co
     cohsm__lane_ints x, y;
     cohsm__sides right, up, row, w;
     cohsm__lane_mask in_row, wanted;
-    cohsm__lanes scale;
+    cohsm__lanes sum;
 
     cohsm__to_front(p, cohsm__ints_greater(zero, area));
     area = cohsm__ints_max(area, cohsm__ints_sub(zero, area));
     use = cohsm__mask_and(use, cohsm__ints_greater(area, zero));
-    scale = cohsm__lanes_div(cohsm__lanes_all(1.0f), cohsm__lanes_of_ints(area));
     loses0 = cohsm__side_loses(p->x1, p->y1, p->x2, p->y2);
     loses1 = cohsm__side_loses(p->x2, p->y2, p->x0, p->y0);
     loses2 = cohsm__side_loses(p->x0, p->y0, p->x1, p->y1);
@@ -7224,7 +7336,10 @@ static inline COHSM__IN_KERNEL void cohsm__draw_boxes(const cohsm__target *t, co
             wanted = cohsm__mask_and(wanted, cohsm__ints_greater(w.w1, loses1));
             wanted = cohsm__mask_and(wanted, cohsm__ints_greater(w.w2, loses2));
             if (COHSM__WIDTH == 1 && !cohsm__mask_any(wanted)) continue;
-            cohsm__note_samples(t, p, &w, scale, x, y, wanted, hits);
+            sum = cohsm__lanes_mul(cohsm__lanes_of_ints(w.w0), p->z0);
+            sum = cohsm__lanes_add(sum, cohsm__lanes_mul(cohsm__lanes_of_ints(w.w1), p->z1));
+            sum = cohsm__lanes_add(sum, cohsm__lanes_mul(cohsm__lanes_of_ints(w.w2), p->z2));
+            cohsm__note_hits(t, wanted, cohsm__ints_add(cohsm__ints_mul(y, size), x), sum, area, hits);
         }
     }
 }
@@ -7271,6 +7386,39 @@ static inline COHSM__IN_KERNEL void cohsm__draw_some(const cohsm__target *t, con
     if (cohsm__mask_any(slight)) cohsm__draw_boxes(t, &p, &span, slight, hits);
 }
 
+/* Draws specks from number at on, as many as there are lanes or are left. A sample is inside if it is on the
+   same side of all three edges; one exactly on an edge counts as left of it, or as right of it, as
+   cohsm__edge_loses has it for a triangle seen from in front. If the triangle is seen from behind, all
+   areas are negative, and the sum of depths so, too; the order of its terms is that of
+   cohsm__fill_triangle. */
+static inline COHSM__IN_KERNEL void cohsm__draw_specks(const cohsm__target *t, const cohsm__specks *s,
+                                                       uint32_t at, cohsm__hits *hits)
+{
+    const cohsm__lane_ints zero = cohsm__ints_all(0), minus = cohsm__ints_all(-1);
+    const cohsm__lane_ints sign = cohsm__ints_all(0x8000), left = cohsm__ints_all((int32_t)(s->count - at));
+    const cohsm__lane_ints p0 = cohsm__ints_load(s->corner[0] + at), k0 = cohsm__ints_xor(p0, sign);
+    const cohsm__lane_ints p1 = cohsm__ints_load(s->corner[1] + at), k1 = cohsm__ints_xor(p1, sign);
+    const cohsm__lane_ints p2 = cohsm__ints_load(s->corner[2] + at), k2 = cohsm__ints_xor(p2, sign);
+    const cohsm__lane_ints w0 = cohsm__ints_cross_halves(p1, p2), w1 = cohsm__ints_cross_halves(p2, p0);
+    const cohsm__lane_ints w2 = cohsm__ints_cross_halves(p0, p1);
+    const cohsm__lane_ints area = cohsm__ints_add(cohsm__ints_add(w0, w1), w2);
+    const cohsm__lane_ints side0 = cohsm__ints_add(w0, cohsm__ints_keep(cohsm__ints_greater(k1, k2), minus));
+    const cohsm__lane_ints side1 = cohsm__ints_add(w1, cohsm__ints_keep(cohsm__ints_greater(k2, k0), minus));
+    const cohsm__lane_ints side2 = cohsm__ints_add(w2, cohsm__ints_keep(cohsm__ints_greater(k0, k1), minus));
+    const cohsm__lane_ints differ =
+        cohsm__ints_or(cohsm__ints_xor(side0, side1), cohsm__ints_xor(side0, side2));
+    const cohsm__lane_mask behind = cohsm__ints_greater(zero, area);
+    const cohsm__lane_ints flat = cohsm__ints_xor(cohsm__ints_or(area, cohsm__ints_sub(zero, area)), minus);
+    const cohsm__lane_mask inside = cohsm__ints_greater(cohsm__ints_or(differ, flat), minus);
+    const cohsm__lane_mask some = cohsm__ints_greater(left, cohsm__ints_load(cohsm__numbers));
+    const cohsm__lanes z0 = cohsm__lanes_mul(cohsm__lanes_of_ints(w0), cohsm__lanes_load(s->z[0] + at));
+    const cohsm__lanes z1 = cohsm__lanes_mul(cohsm__lanes_of_ints(w1), cohsm__lanes_load(s->z[1] + at));
+    const cohsm__lanes z2 = cohsm__lanes_mul(cohsm__lanes_of_ints(w2), cohsm__lanes_load(s->z[2] + at));
+    const cohsm__lanes sum = cohsm__lanes_add(cohsm__lanes_add(z0, cohsm__lanes_select(behind, z2, z1)),
+                                              cohsm__lanes_select(behind, z1, z2));
+    cohsm__note_hits(t, cohsm__mask_and(some, inside), cohsm__ints_load(s->pixel + at), sum, area, hits);
+}
+
 /* Draws triangles of the queue, as long as there is one for each lane, and moves those that are left to the
    front. If all is not 0, draws those too. There is one function for both, since compilers need a second for
    each copy of cohsm__draw_some. */
@@ -7278,24 +7426,38 @@ COHSM__KERNEL static void cohsm__draw_queue(const cohsm__target *t, const cohsm_
                                             int all)
 {
     const uint32_t most = all ? COHSM__LANE_COUNT - 1u : 0u;
-    cohsm__hits hits;
+    cohsm__specks *s = &q->specks;
     uint32_t at;
     int k;
 
-    hits.count = 0;
-    for (at = 0; at + COHSM__LANE_COUNT <= q->count + most; at += COHSM__LANE_COUNT)
-        cohsm__draw_some(t, cam, q, at, &hits);
-    cohsm__enter_hits(t, &hits);
-    if (at >= q->count) {
-        q->count = 0;
-        return;
+    for (at = 0; at + COHSM__LANE_COUNT <= s->count + most; at += COHSM__LANE_COUNT)
+        cohsm__draw_specks(t, s, at, &q->hits);
+    for (k = 0; at < s->count && k < 3; k++) {
+        memcpy(s->corner[k], s->corner[k] + at, COHSM__LANE_COUNT * sizeof s->corner[k][0]);
+        memcpy(s->z[k], s->z[k] + at, COHSM__LANE_COUNT * sizeof s->z[k][0]);
     }
-    for (k = 0; k < 3; k++) {
+    memcpy(s->pixel, s->pixel + at, COHSM__LANE_COUNT * sizeof s->pixel[0]);
+    s->count -= cohsm__min_u32(at, s->count);
+    for (at = 0; at + COHSM__LANE_COUNT <= q->count + most; at += COHSM__LANE_COUNT)
+        cohsm__draw_some(t, cam, q, at, &q->hits);
+    for (k = 0; at < q->count && k < 3; k++) {
         memcpy(q->x[k], q->x[k] + at, COHSM__LANE_COUNT * sizeof q->x[k][0]);
         memcpy(q->y[k], q->y[k] + at, COHSM__LANE_COUNT * sizeof q->y[k][0]);
         memcpy(q->z[k], q->z[k] + at, COHSM__LANE_COUNT * sizeof q->z[k][0]);
     }
-    q->count -= at;
+    q->count -= cohsm__min_u32(at, q->count);
+    if (all) cohsm__enter_hits(t, &q->hits);
+}
+
+/* ==== src/csm/kernels_slabs.h ==== */
+
+/* ---- kernels of raster: which triangles of a slab are drawn ---- */
+
+/* Returns where sample number n of a row or column lies, in 1/256 pixel. */
+static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__sample_middle(cohsm__lane_ints n)
+{
+    return cohsm__ints_add(cohsm__ints_mul(n, cohsm__ints_all(COHSM__SUBPIXEL)),
+                           cohsm__ints_all(COHSM__SUBPIXEL / 2));
 }
 
 /* Loads one corner of as many triangles as there are lanes, from rows of x, y and z that lie COHSM__CLUSTER
@@ -7352,78 +7514,39 @@ static inline COHSM__IN_KERNEL cohsm__image_axes cohsm__image_axes_of(const cohs
     return a;
 }
 
-/* Puts those triangles of a mask into the queue that hold a sample row, by their corners and by their x in p,
-   which hold a sample column. */
-static inline COHSM__IN_KERNEL void cohsm__queue_triangles(const cohsm__target *t,
-                                                           const cohsm__image_axes *axes,
-                                                           const cohsm__lanes3 *corner, cohsm__triangles *p,
-                                                           cohsm__lane_mask use, cohsm__queue *q)
-{
-    const cohsm__lane_ints one = cohsm__ints_all(1);
-    cohsm__lane_ints low, high;
-    p->y0 = cohsm__fixed(corner[0], axes->up, axes->offset);
-    p->y1 = cohsm__fixed(corner[1], axes->up, axes->offset);
-    p->y2 = cohsm__fixed(corner[2], axes->up, axes->offset);
-    p->z0 = cohsm__depths(corner[0], axes->half_back);
-    p->z1 = cohsm__depths(corner[1], axes->half_back);
-    p->z2 = cohsm__depths(corner[2], axes->half_back);
-    cohsm__span(p->y0, p->y1, p->y2, t->row_begin, t->row_end, &low, &high);
-    use = cohsm__mask_and(use, cohsm__ints_greater(cohsm__ints_add(high, one), low));
-    if (COHSM__WIDTH == 1 && !cohsm__mask_any(use)) return;
-    cohsm__queue_add(q, p, use);
-}
-
-/* Finds x of the corners. Returns which triangles hold a sample column. */
-static inline COHSM__IN_KERNEL cohsm__lane_mask cohsm__find_x(const cohsm__target *t,
-                                                              const cohsm__image_axes *axes,
-                                                              const cohsm__lanes3 *corner,
-                                                              cohsm__triangles *p)
-{
-    cohsm__lane_ints low, high;
-    p->x0 = cohsm__fixed(corner[0], axes->right, axes->offset);
-    p->x1 = cohsm__fixed(corner[1], axes->right, axes->offset);
-    p->x2 = cohsm__fixed(corner[2], axes->right, axes->offset);
-    cohsm__span(p->x0, p->x1, p->x2, 0, t->size, &low, &high);
-    return cohsm__ints_greater(cohsm__ints_add(high, cohsm__ints_all(1)), low);
-}
-
-/* Puts the triangles of the clusters in sight of an orthographic view into the queue. */
-COHSM__KERNEL static void cohsm__enqueue(const cohsm__target *t, const cohsm__camera *cam,
-                                         const cohsm__soup *soup, const cohsm__sight *sight, cohsm__queue *q)
-{
-    enum { PARTS = COHSM__CLUSTER / COHSM__LANE_COUNT };
-    const cohsm__image_axes axes = cohsm__image_axes_of(t, &cam->axes);
-    uint32_t i;
-
-    for (i = 0; i < PARTS * sight->count; i++) {
-        const float *v = cohsm__cluster(soup, sight->cluster[i / PARTS]) + COHSM__LANE_COUNT * (i % PARTS);
-        cohsm__lanes3 corner[3];
-        cohsm__triangles p;
-        cohsm__lane_mask use;
-        corner[0] = cohsm__corner_load(v);
-        corner[1] = cohsm__corner_load(v + 3 * COHSM__CLUSTER);
-        corner[2] = cohsm__corner_load(v + 6 * COHSM__CLUSTER);
-        use = cohsm__find_x(t, &axes, corner, &p);
-        cohsm__queue_triangles(t, &axes, corner, &p, use, q);
-        if (q->count > COHSM__MANY) cohsm__draw_queue(t, cam, q, 0);
-    }
-}
-
-/* Appends the triangles of a mask to those of the slab, with the x that p holds. */
-static inline COHSM__IN_KERNEL void cohsm__slab_add(cohsm__slab *slab, const cohsm__triangles *p,
-                                                     const cohsm__lanes3 *corner, cohsm__lane_mask m)
+/* Appends one corner of the triangles of a mask to number k of those of the slab. */
+static inline COHSM__IN_KERNEL void cohsm__slab_corner(cohsm__slab *slab, int k, cohsm__lane_mask m,
+                                                       const cohsm__lanes3 *corner, cohsm__lane_ints x,
+                                                       cohsm__lane_ints middle)
 {
     const uint32_t at = slab->count;
-    int k;
-    cohsm__ints_append(slab->x[0] + at, m, p->x0);
-    cohsm__ints_append(slab->x[1] + at, m, p->x1);
-    cohsm__ints_append(slab->x[2] + at, m, p->x2);
-    for (k = 0; k < 3; k++) {
-        cohsm__lanes_append(slab->corner[3 * k] + at, m, corner[k].x);
-        cohsm__lanes_append(slab->corner[3 * k + 1] + at, m, corner[k].y);
-        cohsm__lanes_append(slab->corner[3 * k + 2] + at, m, corner[k].z);
-    }
-    slab->count = at + cohsm__mask_count(m);
+    cohsm__ints_append(slab->x[k] + at, m, x);
+    cohsm__ints_append(slab->off[k] + at, m, cohsm__ints_sub(x, middle));
+    cohsm__lanes_append(slab->corner[3 * k] + at, m, corner->x);
+    cohsm__lanes_append(slab->corner[3 * k + 1] + at, m, corner->y);
+    cohsm__lanes_append(slab->corner[3 * k + 2] + at, m, corner->z);
+}
+
+/* Appends the triangles that hold a sample column to those of the slab, with x of their corners. */
+static inline COHSM__IN_KERNEL void cohsm__slab_add(cohsm__slab *slab, const cohsm__target *t,
+                                                    const cohsm__image_axes *axes,
+                                                    const cohsm__lanes3 *corner)
+{
+    const cohsm__lane_ints x0 = cohsm__fixed(corner[0], axes->right, axes->offset);
+    const cohsm__lane_ints x1 = cohsm__fixed(corner[1], axes->right, axes->offset);
+    const cohsm__lane_ints x2 = cohsm__fixed(corner[2], axes->right, axes->offset);
+    cohsm__lane_ints low, high, middle, column;
+    cohsm__lane_mask m;
+
+    cohsm__span(x0, x1, x2, &low, &high);
+    m = cohsm__span_meets(low, high, 0, t->size);
+    middle = cohsm__sample_middle(low);
+    column = cohsm__ints_select(cohsm__ints_equal(low, high), low, cohsm__ints_all(-1));
+    cohsm__ints_append(slab->column + slab->count, m, column);
+    cohsm__slab_corner(slab, 0, m, corner, x0, middle);
+    cohsm__slab_corner(slab, 1, m, corner + 1, x1, middle);
+    cohsm__slab_corner(slab, 2, m, corner + 2, x2, middle);
+    slab->count += cohsm__mask_count(m);
 }
 
 /* Asks for the triangles of a part of a cluster, as many as there are lanes: what all views of a column read
@@ -7454,37 +7577,87 @@ COHSM__KERNEL static void cohsm__find_slab(const cohsm__target *t, const cohsm__
         const float *v = cohsm__cluster(soup, sight->cluster[i / PARTS]) + COHSM__LANE_COUNT * (i % PARTS);
         const uint32_t ahead = cohsm__min_u32(i / PARTS + (uint32_t)COHSM__CLUSTERS_AHEAD, last);
         cohsm__lanes3 corner[3];
-        cohsm__triangles p;
-        cohsm__lane_mask use;
         cohsm__prefetch_part(soup, sight->cluster[ahead], i % PARTS);
         corner[0] = cohsm__corner_load(v);
         corner[1] = cohsm__corner_load(v + 3 * COHSM__CLUSTER);
         corner[2] = cohsm__corner_load(v + 6 * COHSM__CLUSTER);
-        use = cohsm__find_x(t, &axes, corner, &p);
-        cohsm__slab_add(slab, &p, corner, use);
+        cohsm__slab_add(slab, t, &axes, corner);
     }
+}
+
+/* Appends the triangles of a mask to the specks, by y and depths of p; row is that of their samples. */
+static inline COHSM__IN_KERNEL void cohsm__specks_add(const cohsm__target *t, const cohsm__slab *slab,
+                                                      uint32_t from, const cohsm__triangles *p,
+                                                      cohsm__lane_ints row, cohsm__lane_mask m,
+                                                      cohsm__specks *s)
+{
+    const uint32_t at = s->count;
+    const cohsm__lane_ints middle = cohsm__sample_middle(row), column = cohsm__ints_load(slab->column + from);
+    const cohsm__lane_ints y0 = cohsm__ints_sub(p->y0, middle), y1 = cohsm__ints_sub(p->y1, middle);
+    const cohsm__lane_ints y2 = cohsm__ints_sub(p->y2, middle);
+
+    cohsm__ints_append(s->corner[0] + at, m,
+                       cohsm__ints_join_halves(cohsm__ints_load(slab->off[0] + from), y0));
+    cohsm__ints_append(s->corner[1] + at, m,
+                       cohsm__ints_join_halves(cohsm__ints_load(slab->off[1] + from), y1));
+    cohsm__ints_append(s->corner[2] + at, m,
+                       cohsm__ints_join_halves(cohsm__ints_load(slab->off[2] + from), y2));
+    cohsm__lanes_append(s->z[0] + at, m, p->z0);
+    cohsm__lanes_append(s->z[1] + at, m, p->z1);
+    cohsm__lanes_append(s->z[2] + at, m, p->z2);
+    cohsm__ints_append(s->pixel + at, m,
+                       cohsm__ints_add(cohsm__ints_mul(row, cohsm__ints_all(t->size)), column));
+    s->count = at + cohsm__mask_count(m);
+}
+
+static inline COHSM__IN_KERNEL cohsm__lanes3 cohsm__slab_load(const cohsm__slab *slab, int k, uint32_t at)
+{
+    return cohsm__lanes3_load(slab->corner[3 * k] + at, slab->corner[3 * k + 1] + at,
+                              slab->corner[3 * k + 2] + at);
+}
+
+/* Puts those triangles of a slab, from number at on, as many as there are lanes or are left, into the queue
+   of a view that hold a sample row, or among its specks. */
+static inline COHSM__IN_KERNEL void cohsm__enqueue_some(const cohsm__target *t,
+                                                        const cohsm__image_axes *axes,
+                                                        const cohsm__slab *slab, uint32_t at, cohsm__queue *q)
+{
+    const cohsm__lane_ints left = cohsm__ints_all((int32_t)(slab->count - at)), minus = cohsm__ints_all(-1);
+    cohsm__lane_mask use = cohsm__ints_greater(left, cohsm__ints_load(cohsm__numbers)), speck;
+    const cohsm__lanes3 corner0 = cohsm__slab_load(slab, 0, at), corner1 = cohsm__slab_load(slab, 1, at);
+    const cohsm__lanes3 corner2 = cohsm__slab_load(slab, 2, at);
+    cohsm__lane_ints low, high, column;
+    cohsm__triangles p;
+
+    p.y0 = cohsm__fixed(corner0, axes->up, axes->offset);
+    p.y1 = cohsm__fixed(corner1, axes->up, axes->offset);
+    p.y2 = cohsm__fixed(corner2, axes->up, axes->offset);
+    p.z0 = cohsm__depths(corner0, axes->half_back);
+    p.z1 = cohsm__depths(corner1, axes->half_back);
+    p.z2 = cohsm__depths(corner2, axes->half_back);
+    cohsm__span(p.y0, p.y1, p.y2, &low, &high);
+    use = cohsm__mask_and(use, cohsm__span_meets(low, high, t->row_begin, t->row_end));
+    column = cohsm__ints_select(cohsm__ints_equal(low, high), cohsm__ints_load(slab->column + at), minus);
+    speck = cohsm__mask_and(use, cohsm__ints_greater(column, minus));
+    if (cohsm__mask_any(speck)) cohsm__specks_add(t, slab, at, &p, low, speck, &q->specks);
+    use = cohsm__mask_and(use, cohsm__ints_equal(column, minus));
+    if (!cohsm__mask_any(use)) return;
+    p.x0 = cohsm__ints_load(slab->x[0] + at);
+    p.x1 = cohsm__ints_load(slab->x[1] + at);
+    p.x2 = cohsm__ints_load(slab->x[2] + at);
+    cohsm__queue_add(q, &p, use);
 }
 
 /* Puts the triangles of a slab into the queue of one of its views. */
 COHSM__KERNEL static void cohsm__enqueue_slab(const cohsm__target *t, const cohsm__camera *cam,
-                                               const cohsm__slab *slab, cohsm__queue *q)
+                                              const cohsm__slab *slab, cohsm__queue *q)
 {
     const cohsm__image_axes axes = cohsm__image_axes_of(t, &cam->axes);
-    uint32_t at, k;
+    uint32_t at;
 
     for (at = 0; at < slab->count; at += COHSM__LANE_COUNT) {
-        const cohsm__lane_ints left = cohsm__ints_all((int32_t)(slab->count - at));
-        cohsm__lanes3 corner[3];
-        cohsm__triangles p;
-        p.x0 = cohsm__ints_load(slab->x[0] + at);
-        p.x1 = cohsm__ints_load(slab->x[1] + at);
-        p.x2 = cohsm__ints_load(slab->x[2] + at);
-        for (k = 0; k < 3; k++)
-            corner[k] = cohsm__lanes3_load(slab->corner[3 * k] + at, slab->corner[3 * k + 1] + at,
-                                           slab->corner[3 * k + 2] + at);
-        cohsm__queue_triangles(t, &axes, corner, &p,
-                               cohsm__ints_greater(left, cohsm__ints_load(cohsm__numbers)), q);
-        if (q->count > COHSM__MANY) cohsm__draw_queue(t, cam, q, 0);
+        cohsm__enqueue_some(t, &axes, slab, at, q);
+        if (q->count > COHSM__MANY || q->specks.count > COHSM__MANY) cohsm__draw_queue(t, cam, q, 0);
     }
 }
 
@@ -8449,8 +8622,6 @@ typedef struct cohsm__kernels {
 #ifndef COHSM_WITHOUT_BUILD
     void (*find)(const cohsm__target *t, cohsm__v3 up, const cohsm__soup *soup, uint32_t begin, uint32_t end,
                  cohsm__sight *sight);
-    void (*enqueue)(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup,
-                    const cohsm__sight *sight, cohsm__queue *q);
     void (*find_slab)(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup,
                       const cohsm__sight *sight, uint32_t first, cohsm__slab *slab);
     void (*enqueue_slab)(const cohsm__target *t, const cohsm__camera *cam, const cohsm__slab *slab,
@@ -8475,7 +8646,6 @@ static cohsm__kernels cohsm__choose_kernels(int simd)
     k.meet_spheres = cohsm__meet_spheres_plain;
 #ifndef COHSM_WITHOUT_BUILD
     k.find = cohsm__find_clusters_plain;
-    k.enqueue = cohsm__enqueue_plain;
     k.find_slab = cohsm__find_slab_plain;
     k.enqueue_slab = cohsm__enqueue_slab_plain;
     k.draw_queue = cohsm__draw_queue_plain;
@@ -8493,7 +8663,6 @@ static cohsm__kernels cohsm__choose_kernels(int simd)
         k.one_light = simd == 2 ? cohsm__one_light_avx512 : cohsm__one_light_avx2;
 #ifndef COHSM_WITHOUT_BUILD
         k.find = cohsm__find_clusters_avx2;
-        k.enqueue = simd == 2 ? cohsm__enqueue_avx512 : cohsm__enqueue_avx2;
         k.find_slab = simd == 2 ? cohsm__find_slab_avx512 : cohsm__find_slab_avx2;
         k.enqueue_slab = simd == 2 ? cohsm__enqueue_slab_avx512 : cohsm__enqueue_slab_avx2;
         k.draw_queue = simd == 2 ? cohsm__draw_queue_avx512 : cohsm__draw_queue_avx2;
@@ -8640,7 +8809,7 @@ COHSM_DEF void cohsm_builder_free(cohsm_builder *b)
         cohsm__free_pages(b, b->ranges[i].first);
         cohsm__free_pages(b, b->ranges[i].spare);
     }
-    cohsm__heap_free(&b->heap, b->batch, (size_t)b->batch_size * COHSM__BATCH, sizeof *b->batch);
+    cohsm__heap_free(&b->heap, b->batch, (size_t)b->batch_size * b->batch_views, sizeof *b->batch);
     cohsm__heap_free(&b->heap, b->lookup, (size_t)n * cohsm__chunks(&b->head), sizeof *b->lookup);
     cohsm__heap_free(&b->heap, b->first, n, sizeof *b->first);
     cohsm__heap_free(&b->heap, b->span, n, sizeof *b->span);
@@ -8701,6 +8870,7 @@ static cohsm_result cohsm__builder_make(const cohsm_desc *desc, cohsm__counted_h
     b->thickness = desc->open_thickness * (b->head.positional ? 2.0f : 65536.0f) / (float)desc->map_side;
     b->keep = desc->layers == COHSM_LAYERS_Z1Z2 ? 2 : 4;
     b->batch_size = desc->map_side * desc->map_side * b->keep;
+    b->batch_views = desc->map_side <= (uint32_t)COHSM__BATCH_SIDE ? COHSM__BATCH : COHSM__BATCH / 2u;
     if (!cohsm__mul_size(n, cohsm__chunks(&b->head), &lookup) || lookup > UINT32_MAX / 4) {
         cohsm__heap_free(heap, b, 1, sizeof *b);
         return COHSM_ERR_LIMIT;
@@ -8714,7 +8884,7 @@ static cohsm_result cohsm__builder_make(const cohsm_desc *desc, cohsm__counted_h
     b->first = (uint32_t *)cohsm__heap_alloc(&b->heap, n, sizeof *b->first);
     b->lookup = (uint32_t *)cohsm__heap_alloc(&b->heap, lookup, sizeof *b->lookup);
     b->batch =
-        (uint16_t *)cohsm__heap_alloc(&b->heap, (size_t)b->batch_size * COHSM__BATCH, sizeof *b->batch);
+        (uint16_t *)cohsm__heap_alloc(&b->heap, (size_t)b->batch_size * b->batch_views, sizeof *b->batch);
     cohsm__split_ranges(b);
     if (!b->cells || !b->angles || (b->head.location_words && !b->locations) || !b->span ||
         !b->first || !b->lookup || !b->batch) {
@@ -8892,7 +9062,7 @@ COHSM_DEF cohsm_result cohsm_builder_add(cohsm_builder *b, uint32_t index, const
     b->next_view = index;
     cohsm__take_layers(b, b->batch + (size_t)b->batch_size * b->batch_count, z1, z2, z3);
     b->batch_count++;
-    if (b->batch_count < COHSM__BATCH && index + 1 < b->head.view_count) return COHSM_OK;
+    if (b->batch_count < b->batch_views && index + 1 < b->head.view_count) return COHSM_OK;
     return cohsm__log_result(&log, cohsm__close_batch(b));
 }
 
@@ -9842,6 +10012,7 @@ static void cohsm__raster_masked(const cohsm__target *t, const cohsm__camera *ca
     cohsm__fill_triangle(t, cam, &mask, c, c + 1, c + 2);
 }
 
+/* Draws a perspective view, or an orthographic one of a mesh with a mask. */
 static void cohsm__raster_view(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup,
                                int simd)
 {
@@ -9851,24 +10022,20 @@ static void cohsm__raster_view(const cohsm__target *t, const cohsm__camera *cam,
     cohsm__kernels kernels = cohsm__choose_kernels(simd);
     uint32_t begin, end, i;
     cohsm__sight sight;
-    cohsm__queue q;
 
     memset(t->z + first, 0xff, (last - first) * sizeof *t->z);
     if (cam->perspective) {
         cohsm__raster_face(t, cam, soup);
         return;
     }
-    memset(&q, 0, sizeof q);
     for (begin = 0; begin < soup->clusters; begin = end) {
         end = cohsm__min_u32(begin + COHSM__STRETCH, soup->clusters);
         for (i = begin; all && i < end; i++) sight.cluster[i - begin] = i;
         sight.count = end - begin;
         if (!all) kernels.find(t, cam->axes.up, soup, begin, end, &sight);
-        for (i = 0; soup->masked && i < sight.count * COHSM__CLUSTER; i++)
+        for (i = 0; i < sight.count * COHSM__CLUSTER; i++)
             cohsm__raster_masked(t, cam, soup, sight.cluster[i / COHSM__CLUSTER], i % COHSM__CLUSTER);
-        if (!soup->masked) kernels.enqueue(t, cam, soup, &sight, &q);
     }
-    kernels.draw_queue(t, cam, &q, 1);
 }
 
 /* Lists those of the clusters begin .. end - 1, no more than a stretch, that one of the views may see. */
@@ -9889,7 +10056,12 @@ static void cohsm__sight_of_column(const cohsm__target *t, const cohsm__camera *
         if (seen[k - begin]) sight->cluster[sight->count++] = k;
 }
 
-/* Draws orthographic views whose axes to the right are the same. */
+static int cohsm__right_is_same(const cohsm__camera *a, const cohsm__camera *b)
+{
+    return !memcmp(&a->axes.right, &b->axes.right, sizeof a->axes.right);
+}
+
+/* Draws orthographic views of a mesh without a mask, faster if their axes to the right are the same. */
 static void cohsm__raster_column(const cohsm__target *t, const cohsm__camera *cam, uint32_t count,
                                  const cohsm__soup *soup, int simd, cohsm__column *column)
 {
@@ -9899,17 +10071,16 @@ static void cohsm__raster_column(const cohsm__target *t, const cohsm__camera *ca
     uint32_t begin, end, at, i;
     cohsm__sight sight;
 
-    for (i = 0; i < count; i++) {
-        memset(t[i].z + first, 0xff, (last - first) * sizeof *t->z);
-        column->queue[i].count = 0;
-    }
+    for (i = 0; i < count; i++) memset(t[i].z + first, 0xff, (last - first) * sizeof *t->z);
     for (begin = 0; begin < soup->clusters; begin = end) {
         end = cohsm__min_u32(begin + COHSM__STRETCH, soup->clusters);
         cohsm__sight_of_column(t, cam, count, soup, &kernels, begin, end, &sight);
         for (at = 0; at < sight.count; at += (uint32_t)COHSM__SLAB / COHSM__CLUSTER) {
-            kernels.find_slab(t, cam, soup, &sight, at, &column->slab);
-            for (i = 0; i < count; i++)
+            for (i = 0; i < count; i++) {
+                if (!i || !cohsm__right_is_same(cam + i, cam + i - 1))
+                    kernels.find_slab(t + i, cam + i, soup, &sight, at, &column->slab);
                 kernels.enqueue_slab(t + i, cam + i, &column->slab, column->queue + i);
+            }
         }
     }
     for (i = 0; i < count; i++) kernels.draw_queue(t + i, cam + i, column->queue + i, 1);
@@ -9926,8 +10097,7 @@ typedef struct cohsm__shelf { uint16_t *z; int filled; } cohsm__shelf;
 /* The views of a batch that are drawn together. */
 typedef struct cohsm__group { uint32_t view[COHSM__ABREAST], count; } cohsm__group;
 
-/* A batch of a Hilbert curve is four columns of eight views or eight of four; views beyond the columns that
-   there is room for are drawn alone. */
+/* A batch of a Hilbert curve is eight columns of eight views. */
 enum { COHSM__COLUMNS = (int)COHSM__BATCH / (int)COHSM__ABREAST };
 
 typedef struct cohsm__job {
@@ -9935,9 +10105,10 @@ typedef struct cohsm__job {
     const cohsm__soup *soup;
     const cohsm__shelf *shelf;          /* NULL: none */
     cohsm__column *columns;             /* COHSM__COLUMNS of them; NULL: every view is drawn alone */
+    void *memory;                       /* where these lie, on whole cache lines */
     int simd;
     cohsm__camera cameras[COHSM__BATCH];
-    cohsm__group groups[COHSM__BATCH];  /* the first COHSM__COLUMNS may have several views each */
+    cohsm__group groups[COHSM__BATCH];  /* no more than COHSM__COLUMNS of views that are drawn together */
     uint32_t group_count;
 } cohsm__job;
 
@@ -9980,7 +10151,7 @@ static void cohsm__raster_task(void *context, size_t index)
             memcpy(targets[i].z, cohsm__on_shelf(job, group->view[i]), b->batch_size * sizeof *b->batch);
         return;
     }
-    if (group->count == 1) cohsm__raster_view(targets, cameras, job->soup, job->simd);
+    if (!job->columns) cohsm__raster_view(targets, cameras, job->soup, job->simd);
     else cohsm__raster_column(targets, cameras, group->count, job->soup, job->simd, job->columns + index);
     for (i = 0; i < group->count; i++) {
         if (b->desc.layers == COHSM_LAYERS_Z1Z3_SPHERE)
@@ -9997,32 +10168,45 @@ static int cohsm__draws_columns(const cohsm_builder *b, const cohsm__soup *soup)
     return !b->head.positional && !soup->masked;
 }
 
-/* Finds the group that a view of the batch joins, or makes one for it. */
+/* Finds the group that a view of the batch joins, or makes one for it. Views of one axis to the right are
+   together, as long as there is room for others to be apart. */
 static cohsm__group *cohsm__group_of(cohsm__job *job, const cohsm__camera *cam)
 {
-    const uint32_t columns = job->columns ? cohsm__min_u32(job->group_count, COHSM__COLUMNS) : 0;
-    uint32_t g;
-    for (g = 0; g < columns; g++)
-        if (job->groups[g].count < COHSM__ABREAST &&
-            !memcmp(&job->cameras[job->groups[g].view[0]].axes.right, &cam->axes.right, sizeof(cohsm__v3)))
-            return job->groups + g;
+    cohsm__group *space = NULL;
+    uint32_t g, k;
+    for (g = 0; job->columns && g < job->group_count; g++) {
+        if (job->groups[g].count == COHSM__ABREAST) continue;
+        if (!space) space = job->groups + g;
+        for (k = 0; k < job->groups[g].count; k++)
+            if (cohsm__right_is_same(job->cameras + job->groups[g].view[k], cam)) return job->groups + g;
+    }
+    if (space && job->group_count == COHSM__COLUMNS) return space;
     job->groups[job->group_count].count = 0;
     return job->groups + job->group_count++;
+}
+
+/* Adds a view to a group, behind one of the same axis to the right if there is one. */
+static void cohsm__group_add(const cohsm__job *job, cohsm__group *group, uint32_t view)
+{
+    const cohsm__camera *cam = job->cameras + view;
+    uint32_t at = group->count, k;
+    while (at && !cohsm__right_is_same(job->cameras + group->view[at - 1u], cam)) at--;
+    if (!at) at = group->count;
+    for (k = group->count++; k > at; k--) group->view[k] = group->view[k - 1u];
+    group->view[at] = view;
 }
 
 /* Sets up the cameras of the batch, and groups them. */
 static void cohsm__group_views(cohsm__job *job)
 {
     const cohsm_builder *b = job->builder;
-    cohsm__group *group;
     uint32_t i, view;
 
     for (i = 0, job->group_count = 0; i < b->batch_count; i++) {
         view = b->batch_begin + i;
         job->cameras[i] = cohsm__camera_of(&b->head, b->locations, b->angles,
                                            b->cells[view % b->head.map_count], view / b->head.map_count);
-        group = cohsm__group_of(job, job->cameras + i);
-        group->view[group->count++] = i;
+        cohsm__group_add(job, cohsm__group_of(job, job->cameras + i), i);
     }
 }
 
@@ -10036,17 +10220,20 @@ static int cohsm__job_begin(cohsm__job *job, cohsm_builder *b, const cohsm__soup
     job->shelf = shelf;
     job->simd = cohsm__simd();
     if (!cohsm__draws_columns(b, soup)) return 1;
-    job->columns = (cohsm__column *)cohsm__heap_alloc(&b->heap, COHSM__COLUMNS, sizeof *job->columns);
+    job->memory = cohsm__heap_alloc(&b->heap, COHSM__COLUMNS * sizeof *job->columns + COHSM__LINE_BYTES, 1);
+    if (!job->memory) return 0;
     /* Kernels compute with whole vectors, also of entries that nothing was written to, and leave these out
        later. */
-    if (job->columns) memset(job->columns, 0, COHSM__COLUMNS * sizeof *job->columns);
-    return job->columns != NULL;
+    memset(job->memory, 0, COHSM__COLUMNS * sizeof *job->columns + COHSM__LINE_BYTES);
+    job->columns = (cohsm__column *)(void *)(
+        (char *)job->memory + (0u - (uintptr_t)job->memory) % COHSM__LINE_BYTES);
+    return 1;
 }
 
 static void cohsm__job_end(cohsm__job *job)
 {
-    const size_t count = job->columns ? COHSM__COLUMNS : 0;
-    cohsm__heap_free(&job->builder->heap, job->columns, count, sizeof *job->columns);
+    cohsm__heap_free(&job->builder->heap, job->memory,
+                     COHSM__COLUMNS * sizeof *job->columns + COHSM__LINE_BYTES, 1);
 }
 
 /* Draws the views of the batch. */
@@ -10069,7 +10256,7 @@ static cohsm_result cohsm__build_views(cohsm_builder *b, const cohsm__soup *soup
             result = COHSM_ERR_CANCELLED;
             break;
         }
-        b->batch_count = cohsm__min_u32(COHSM__BATCH, b->head.view_count - b->next_view);
+        b->batch_count = cohsm__min_u32(b->batch_views, b->head.view_count - b->next_view);
         cohsm__draw_batch(&job);
         result = cohsm__close_batch(b);
     }
@@ -10491,7 +10678,7 @@ static cohsm_result cohsm__verify_views(cohsm_builder *b, const cohsm_maps *maps
             cohsm__job_end(&job);
             return COHSM_ERR_CANCELLED;
         }
-        b->batch_count = cohsm__min_u32(COHSM__BATCH, b->head.view_count - b->batch_begin);
+        b->batch_count = cohsm__min_u32(b->batch_views, b->head.view_count - b->batch_begin);
         cohsm__draw_batch(&job);
         cohsm__run_tasks(&b->desc.system, COHSM__RANGES, cohsm__verify_task, &check);
         for (i = 0, wrong_before = out->wrong; i < COHSM__RANGES; i++) {

@@ -7,8 +7,7 @@ typedef struct cohsm__shelf { uint16_t *z; int filled; } cohsm__shelf;
 /* The views of a batch that are drawn together. */
 typedef struct cohsm__group { uint32_t view[COHSM__ABREAST], count; } cohsm__group;
 
-/* A batch of a Hilbert curve is four columns of eight views or eight of four; views beyond the columns that
-   there is room for are drawn alone. */
+/* A batch of a Hilbert curve is eight columns of eight views. */
 enum { COHSM__COLUMNS = (int)COHSM__BATCH / (int)COHSM__ABREAST };
 
 typedef struct cohsm__job {
@@ -16,9 +15,10 @@ typedef struct cohsm__job {
     const cohsm__soup *soup;
     const cohsm__shelf *shelf;          /* NULL: none */
     cohsm__column *columns;             /* COHSM__COLUMNS of them; NULL: every view is drawn alone */
+    void *memory;                       /* where these lie, on whole cache lines */
     int simd;
     cohsm__camera cameras[COHSM__BATCH];
-    cohsm__group groups[COHSM__BATCH];  /* the first COHSM__COLUMNS may have several views each */
+    cohsm__group groups[COHSM__BATCH];  /* no more than COHSM__COLUMNS of views that are drawn together */
     uint32_t group_count;
 } cohsm__job;
 
@@ -61,7 +61,7 @@ static void cohsm__raster_task(void *context, size_t index)
             memcpy(targets[i].z, cohsm__on_shelf(job, group->view[i]), b->batch_size * sizeof *b->batch);
         return;
     }
-    if (group->count == 1) cohsm__raster_view(targets, cameras, job->soup, job->simd);
+    if (!job->columns) cohsm__raster_view(targets, cameras, job->soup, job->simd);
     else cohsm__raster_column(targets, cameras, group->count, job->soup, job->simd, job->columns + index);
     for (i = 0; i < group->count; i++) {
         if (b->desc.layers == COHSM_LAYERS_Z1Z3_SPHERE)
@@ -78,32 +78,45 @@ static int cohsm__draws_columns(const cohsm_builder *b, const cohsm__soup *soup)
     return !b->head.positional && !soup->masked;
 }
 
-/* Finds the group that a view of the batch joins, or makes one for it. */
+/* Finds the group that a view of the batch joins, or makes one for it. Views of one axis to the right are
+   together, as long as there is room for others to be apart. */
 static cohsm__group *cohsm__group_of(cohsm__job *job, const cohsm__camera *cam)
 {
-    const uint32_t columns = job->columns ? cohsm__min_u32(job->group_count, COHSM__COLUMNS) : 0;
-    uint32_t g;
-    for (g = 0; g < columns; g++)
-        if (job->groups[g].count < COHSM__ABREAST &&
-            !memcmp(&job->cameras[job->groups[g].view[0]].axes.right, &cam->axes.right, sizeof(cohsm__v3)))
-            return job->groups + g;
+    cohsm__group *space = NULL;
+    uint32_t g, k;
+    for (g = 0; job->columns && g < job->group_count; g++) {
+        if (job->groups[g].count == COHSM__ABREAST) continue;
+        if (!space) space = job->groups + g;
+        for (k = 0; k < job->groups[g].count; k++)
+            if (cohsm__right_is_same(job->cameras + job->groups[g].view[k], cam)) return job->groups + g;
+    }
+    if (space && job->group_count == COHSM__COLUMNS) return space;
     job->groups[job->group_count].count = 0;
     return job->groups + job->group_count++;
+}
+
+/* Adds a view to a group, behind one of the same axis to the right if there is one. */
+static void cohsm__group_add(const cohsm__job *job, cohsm__group *group, uint32_t view)
+{
+    const cohsm__camera *cam = job->cameras + view;
+    uint32_t at = group->count, k;
+    while (at && !cohsm__right_is_same(job->cameras + group->view[at - 1u], cam)) at--;
+    if (!at) at = group->count;
+    for (k = group->count++; k > at; k--) group->view[k] = group->view[k - 1u];
+    group->view[at] = view;
 }
 
 /* Sets up the cameras of the batch, and groups them. */
 static void cohsm__group_views(cohsm__job *job)
 {
     const cohsm_builder *b = job->builder;
-    cohsm__group *group;
     uint32_t i, view;
 
     for (i = 0, job->group_count = 0; i < b->batch_count; i++) {
         view = b->batch_begin + i;
         job->cameras[i] = cohsm__camera_of(&b->head, b->locations, b->angles,
                                            b->cells[view % b->head.map_count], view / b->head.map_count);
-        group = cohsm__group_of(job, job->cameras + i);
-        group->view[group->count++] = i;
+        cohsm__group_add(job, cohsm__group_of(job, job->cameras + i), i);
     }
 }
 
@@ -117,17 +130,20 @@ static int cohsm__job_begin(cohsm__job *job, cohsm_builder *b, const cohsm__soup
     job->shelf = shelf;
     job->simd = cohsm__simd();
     if (!cohsm__draws_columns(b, soup)) return 1;
-    job->columns = (cohsm__column *)cohsm__heap_alloc(&b->heap, COHSM__COLUMNS, sizeof *job->columns);
+    job->memory = cohsm__heap_alloc(&b->heap, COHSM__COLUMNS * sizeof *job->columns + COHSM__LINE_BYTES, 1);
+    if (!job->memory) return 0;
     /* Kernels compute with whole vectors, also of entries that nothing was written to, and leave these out
        later. */
-    if (job->columns) memset(job->columns, 0, COHSM__COLUMNS * sizeof *job->columns);
-    return job->columns != NULL;
+    memset(job->memory, 0, COHSM__COLUMNS * sizeof *job->columns + COHSM__LINE_BYTES);
+    job->columns = (cohsm__column *)(void *)(
+        (char *)job->memory + (0u - (uintptr_t)job->memory) % COHSM__LINE_BYTES);
+    return 1;
 }
 
 static void cohsm__job_end(cohsm__job *job)
 {
-    const size_t count = job->columns ? COHSM__COLUMNS : 0;
-    cohsm__heap_free(&job->builder->heap, job->columns, count, sizeof *job->columns);
+    cohsm__heap_free(&job->builder->heap, job->memory,
+                     COHSM__COLUMNS * sizeof *job->columns + COHSM__LINE_BYTES, 1);
 }
 
 /* Draws the views of the batch. */
@@ -150,7 +166,7 @@ static cohsm_result cohsm__build_views(cohsm_builder *b, const cohsm__soup *soup
             result = COHSM_ERR_CANCELLED;
             break;
         }
-        b->batch_count = cohsm__min_u32(COHSM__BATCH, b->head.view_count - b->next_view);
+        b->batch_count = cohsm__min_u32(b->batch_views, b->head.view_count - b->next_view);
         cohsm__draw_batch(&job);
         result = cohsm__close_batch(b);
     }

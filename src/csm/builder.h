@@ -1,6 +1,10 @@
 /* ---- builder: layers to segments, one view at a time ---- */
 
-enum { COHSM__RANGES = 16, COHSM__BATCH = 32 };
+enum {
+    COHSM__RANGES = 16,
+    COHSM__BATCH = 64,                  /* views that are drawn before they are compressed, the most */
+    COHSM__BATCH_SIDE = 128             /* M beyond which a batch has half as many, for want of memory */
+};
 
 typedef struct cohsm__record {          /* a closed segment on its way to a list */
     uint32_t pixel;                     /* within the range; top bit: exact, its depth in lo | hi << 8 */
@@ -37,9 +41,9 @@ struct cohsm_builder {
     int32_t          *span;             /* of each pixel of the shard: the grid values that its open segment
                                            can have, lo | hi << 16 */
     uint32_t         *first;            /* its first view within the chunk */
-    uint16_t         *batch;            /* COHSM__BATCH views with `keep` values a pixel: z1, z2, z3, and the
-                                           depth where the ray leaves the sphere (Z1Z3_SPHERE only) */
-    uint32_t          keep, batch_size, batch_begin, batch_count;
+    uint16_t         *batch;            /* batch_views views with `keep` values a pixel: z1, z2, z3, and
+                                           the depth where the ray leaves the sphere (Z1Z3_SPHERE only) */
+    uint32_t          keep, batch_size, batch_views, batch_begin, batch_count;
     uint32_t          next_view, range_pixels, page_records;
     cohsm__grid       grid;
     float             thickness;        /* desc.open_thickness in 16-bit depths; for maps of positions, as a

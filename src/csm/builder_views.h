@@ -17,7 +17,7 @@ COHSM_DEF void cohsm_builder_free(cohsm_builder *b)
         cohsm__free_pages(b, b->ranges[i].first);
         cohsm__free_pages(b, b->ranges[i].spare);
     }
-    cohsm__heap_free(&b->heap, b->batch, (size_t)b->batch_size * COHSM__BATCH, sizeof *b->batch);
+    cohsm__heap_free(&b->heap, b->batch, (size_t)b->batch_size * b->batch_views, sizeof *b->batch);
     cohsm__heap_free(&b->heap, b->lookup, (size_t)n * cohsm__chunks(&b->head), sizeof *b->lookup);
     cohsm__heap_free(&b->heap, b->first, n, sizeof *b->first);
     cohsm__heap_free(&b->heap, b->span, n, sizeof *b->span);
@@ -78,6 +78,7 @@ static cohsm_result cohsm__builder_make(const cohsm_desc *desc, cohsm__counted_h
     b->thickness = desc->open_thickness * (b->head.positional ? 2.0f : 65536.0f) / (float)desc->map_side;
     b->keep = desc->layers == COHSM_LAYERS_Z1Z2 ? 2 : 4;
     b->batch_size = desc->map_side * desc->map_side * b->keep;
+    b->batch_views = desc->map_side <= (uint32_t)COHSM__BATCH_SIDE ? COHSM__BATCH : COHSM__BATCH / 2u;
     if (!cohsm__mul_size(n, cohsm__chunks(&b->head), &lookup) || lookup > UINT32_MAX / 4) {
         cohsm__heap_free(heap, b, 1, sizeof *b);
         return COHSM_ERR_LIMIT;
@@ -91,7 +92,7 @@ static cohsm_result cohsm__builder_make(const cohsm_desc *desc, cohsm__counted_h
     b->first = (uint32_t *)cohsm__heap_alloc(&b->heap, n, sizeof *b->first);
     b->lookup = (uint32_t *)cohsm__heap_alloc(&b->heap, lookup, sizeof *b->lookup);
     b->batch =
-        (uint16_t *)cohsm__heap_alloc(&b->heap, (size_t)b->batch_size * COHSM__BATCH, sizeof *b->batch);
+        (uint16_t *)cohsm__heap_alloc(&b->heap, (size_t)b->batch_size * b->batch_views, sizeof *b->batch);
     cohsm__split_ranges(b);
     if (!b->cells || !b->angles || (b->head.location_words && !b->locations) || !b->span ||
         !b->first || !b->lookup || !b->batch) {
@@ -269,6 +270,6 @@ COHSM_DEF cohsm_result cohsm_builder_add(cohsm_builder *b, uint32_t index, const
     b->next_view = index;
     cohsm__take_layers(b, b->batch + (size_t)b->batch_size * b->batch_count, z1, z2, z3);
     b->batch_count++;
-    if (b->batch_count < COHSM__BATCH && index + 1 < b->head.view_count) return COHSM_OK;
+    if (b->batch_count < b->batch_views && index + 1 < b->head.view_count) return COHSM_OK;
     return cohsm__log_result(&log, cohsm__close_batch(b));
 }

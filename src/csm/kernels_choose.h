@@ -15,8 +15,6 @@ typedef struct cohsm__kernels {
 #ifndef COHSM_WITHOUT_BUILD
     void (*find)(const cohsm__target *t, cohsm__v3 up, const cohsm__soup *soup, uint32_t begin, uint32_t end,
                  cohsm__sight *sight);
-    void (*enqueue)(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup,
-                    const cohsm__sight *sight, cohsm__queue *q);
     void (*find_slab)(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup,
                       const cohsm__sight *sight, uint32_t first, cohsm__slab *slab);
     void (*enqueue_slab)(const cohsm__target *t, const cohsm__camera *cam, const cohsm__slab *slab,
@@ -41,7 +39,6 @@ static cohsm__kernels cohsm__choose_kernels(int simd)
     k.meet_spheres = cohsm__meet_spheres_plain;
 #ifndef COHSM_WITHOUT_BUILD
     k.find = cohsm__find_clusters_plain;
-    k.enqueue = cohsm__enqueue_plain;
     k.find_slab = cohsm__find_slab_plain;
     k.enqueue_slab = cohsm__enqueue_slab_plain;
     k.draw_queue = cohsm__draw_queue_plain;
@@ -59,7 +56,6 @@ static cohsm__kernels cohsm__choose_kernels(int simd)
         k.one_light = simd == 2 ? cohsm__one_light_avx512 : cohsm__one_light_avx2;
 #ifndef COHSM_WITHOUT_BUILD
         k.find = cohsm__find_clusters_avx2;
-        k.enqueue = simd == 2 ? cohsm__enqueue_avx512 : cohsm__enqueue_avx2;
         k.find_slab = simd == 2 ? cohsm__find_slab_avx512 : cohsm__find_slab_avx2;
         k.enqueue_slab = simd == 2 ? cohsm__enqueue_slab_avx512 : cohsm__enqueue_slab_avx2;
         k.draw_queue = simd == 2 ? cohsm__draw_queue_avx512 : cohsm__draw_queue_avx2;

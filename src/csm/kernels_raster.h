@@ -13,26 +13,69 @@ typedef struct cohsm__triangles {
 /* The samples of the triangles' boxes: columns lx..hx, rows ly..hy. */
 typedef struct cohsm__spans { cohsm__lane_ints lx, hx, ly, hy; } cohsm__spans;
 
-/* Writes the first and the last sample between the least and the greatest of three coordinates that lies
-   within begin..end - 1. */
+/* Writes the first and the last sample between the least and the greatest of three coordinates, also beyond
+   the image; the first is the last one's successor where there is none. */
 static inline COHSM__IN_KERNEL void cohsm__span(cohsm__lane_ints a, cohsm__lane_ints b, cohsm__lane_ints c,
-                                                int begin, int end, cohsm__lane_ints *low,
-                                                cohsm__lane_ints *high)
+                                                cohsm__lane_ints *low, cohsm__lane_ints *high)
 {
     const cohsm__lane_ints l = cohsm__ints_min(cohsm__ints_min(a, b), c);
     const cohsm__lane_ints h = cohsm__ints_max(cohsm__ints_max(a, b), c);
     *low = cohsm__ints_shift_right(cohsm__ints_add(l, cohsm__ints_all(127)), 8);
     *high = cohsm__ints_shift_right(cohsm__ints_sub(h, cohsm__ints_all(128)), 8);
+}
+
+/* Leaves of a span the samples begin..end - 1. */
+static inline COHSM__IN_KERNEL void cohsm__span_clamp(cohsm__lane_ints *low, cohsm__lane_ints *high,
+                                                      int begin, int end)
+{
     *low = cohsm__ints_max(*low, cohsm__ints_all(begin));
     *high = cohsm__ints_min(*high, cohsm__ints_all(end - 1));
+}
+
+/* Says which spans hold one of the samples begin..end - 1. */
+static inline COHSM__IN_KERNEL cohsm__lane_mask cohsm__span_meets(cohsm__lane_ints low, cohsm__lane_ints high,
+                                                                  int begin, int end)
+{
+    cohsm__span_clamp(&low, &high, begin, end);
+    return cohsm__ints_greater(cohsm__ints_add(high, cohsm__ints_all(1)), low);
 }
 
 static inline COHSM__IN_KERNEL cohsm__spans cohsm__spans_of(const cohsm__target *t, const cohsm__triangles *p)
 {
     cohsm__spans s;
-    cohsm__span(p->x0, p->x1, p->x2, 0, t->size, &s.lx, &s.hx);
-    cohsm__span(p->y0, p->y1, p->y2, t->row_begin, t->row_end, &s.ly, &s.hy);
+    cohsm__span(p->x0, p->x1, p->x2, &s.lx, &s.hx);
+    cohsm__span(p->y0, p->y1, p->y2, &s.ly, &s.hy);
+    cohsm__span_clamp(&s.lx, &s.hx, 0, t->size);
+    cohsm__span_clamp(&s.ly, &s.hy, t->row_begin, t->row_end);
     return s;
+}
+
+/* Enters the hits, whose depths are computed as many at a time as there are lanes. */
+static inline COHSM__IN_KERNEL void cohsm__enter_hits(const cohsm__target *t, cohsm__hits *hits)
+{
+    const cohsm__lanes top = cohsm__lanes_all((float)COHSM__HIT_MAX);
+    uint32_t i;
+
+    for (i = 0; i < hits->count; i += COHSM__LANE_COUNT) {
+        const cohsm__lanes area = cohsm__lanes_of_ints(cohsm__ints_load(hits->area + i));
+        cohsm__lanes z = cohsm__lanes_div(cohsm__lanes_all(1.0f), area);
+        z = cohsm__lanes_mul(cohsm__lanes_mul(cohsm__lanes_load(hits->sum + i), z), top);
+        z = cohsm__lanes_min(cohsm__lanes_max(z, cohsm__lanes_all(0.0f)), top);
+        cohsm__ints_store(hits->depth + i, cohsm__lanes_truncate(z));
+    }
+    cohsm__insert_hits(t, hits);
+}
+
+/* Notes one sample a lane as hit, for the lanes of a mask. */
+static inline COHSM__IN_KERNEL void cohsm__note_hits(const cohsm__target *t, cohsm__lane_mask hit,
+                                                     cohsm__lane_ints pixel, cohsm__lanes sum,
+                                                     cohsm__lane_ints area, cohsm__hits *hits)
+{
+    cohsm__ints_append(hits->pixel + hits->count, hit, pixel);
+    cohsm__lanes_append(hits->sum + hits->count, hit, sum);
+    cohsm__ints_append(hits->area + hits->count, hit, area);
+    hits->count += cohsm__mask_count(hit);
+    if (hits->count > COHSM__MANY) cohsm__enter_hits(t, hits);
 }
 
 /* Twice the areas that a sample makes with the three sides of a triangle; w0 belongs to the side opposite
@@ -95,33 +138,13 @@ static inline COHSM__IN_KERNEL void cohsm__to_front(cohsm__triangles *p, cohsm__
     p->z2 = cohsm__lanes_select(behind, z1, p->z2);
 }
 
-/* Notes the depths of one sample a lane, that at (x, y) with the areas w, for the lanes of a mask. */
-static inline COHSM__IN_KERNEL void cohsm__note_samples(const cohsm__target *t, const cohsm__triangles *p,
-                                                        const cohsm__sides *w, cohsm__lanes scale,
-                                                        cohsm__lane_ints x, cohsm__lane_ints y,
-                                                        cohsm__lane_mask drawn, cohsm__hits *hits)
-{
-    const cohsm__lanes top = cohsm__lanes_all((float)COHSM__HIT_MAX);
-    const cohsm__lane_ints pixel = cohsm__ints_add(cohsm__ints_mul(y, cohsm__ints_all(t->size)), x);
-    cohsm__lanes z = cohsm__lanes_mul(cohsm__lanes_of_ints(w->w0), p->z0);
-
-    z = cohsm__lanes_add(z, cohsm__lanes_mul(cohsm__lanes_of_ints(w->w1), p->z1));
-    z = cohsm__lanes_add(z, cohsm__lanes_mul(cohsm__lanes_of_ints(w->w2), p->z2));
-    z = cohsm__lanes_mul(cohsm__lanes_mul(z, scale), top);
-    z = cohsm__lanes_min(cohsm__lanes_max(z, cohsm__lanes_all(0.0f)), top);
-    cohsm__ints_append(hits->pixel + hits->count, drawn, pixel);
-    cohsm__ints_append(hits->depth + hits->count, drawn, cohsm__lanes_truncate(z));
-    hits->count += cohsm__mask_count(drawn);
-    if (hits->count > COHSM__MANY) cohsm__enter_hits(t, hits);
-}
-
 /* Draws triangles by going through all samples of their boxes together. */
 static inline COHSM__IN_KERNEL void cohsm__draw_boxes(const cohsm__target *t, cohsm__triangles *p,
                                                       const cohsm__spans *span, cohsm__lane_mask use,
                                                       cohsm__hits *hits)
 {
     const cohsm__lane_ints zero = cohsm__ints_all(0), one = cohsm__ints_all(1);
-    const cohsm__lane_ints pixel = cohsm__ints_all(COHSM__SUBPIXEL);
+    const cohsm__lane_ints pixel = cohsm__ints_all(COHSM__SUBPIXEL), size = cohsm__ints_all(t->size);
     cohsm__lane_ints area = cohsm__side_from(cohsm__ints_sub(p->x1, p->x0), cohsm__ints_sub(p->y1, p->y0),
                                              cohsm__ints_sub(p->x2, p->x0), cohsm__ints_sub(p->y2, p->y0));
     const cohsm__lane_ints end_x = cohsm__ints_add(span->hx, one), end_y = cohsm__ints_add(span->hy, one);
@@ -129,12 +152,11 @@ static inline COHSM__IN_KERNEL void cohsm__draw_boxes(const cohsm__target *t, co
     cohsm__lane_ints x, y;
     cohsm__sides right, up, row, w;
     cohsm__lane_mask in_row, wanted;
-    cohsm__lanes scale;
+    cohsm__lanes sum;
 
     cohsm__to_front(p, cohsm__ints_greater(zero, area));
     area = cohsm__ints_max(area, cohsm__ints_sub(zero, area));
     use = cohsm__mask_and(use, cohsm__ints_greater(area, zero));
-    scale = cohsm__lanes_div(cohsm__lanes_all(1.0f), cohsm__lanes_of_ints(area));
     loses0 = cohsm__side_loses(p->x1, p->y1, p->x2, p->y2);
     loses1 = cohsm__side_loses(p->x2, p->y2, p->x0, p->y0);
     loses2 = cohsm__side_loses(p->x0, p->y0, p->x1, p->y1);
@@ -155,7 +177,10 @@ static inline COHSM__IN_KERNEL void cohsm__draw_boxes(const cohsm__target *t, co
             wanted = cohsm__mask_and(wanted, cohsm__ints_greater(w.w1, loses1));
             wanted = cohsm__mask_and(wanted, cohsm__ints_greater(w.w2, loses2));
             if (COHSM__WIDTH == 1 && !cohsm__mask_any(wanted)) continue;
-            cohsm__note_samples(t, p, &w, scale, x, y, wanted, hits);
+            sum = cohsm__lanes_mul(cohsm__lanes_of_ints(w.w0), p->z0);
+            sum = cohsm__lanes_add(sum, cohsm__lanes_mul(cohsm__lanes_of_ints(w.w1), p->z1));
+            sum = cohsm__lanes_add(sum, cohsm__lanes_mul(cohsm__lanes_of_ints(w.w2), p->z2));
+            cohsm__note_hits(t, wanted, cohsm__ints_add(cohsm__ints_mul(y, size), x), sum, area, hits);
         }
     }
 }
@@ -202,6 +227,39 @@ static inline COHSM__IN_KERNEL void cohsm__draw_some(const cohsm__target *t, con
     if (cohsm__mask_any(slight)) cohsm__draw_boxes(t, &p, &span, slight, hits);
 }
 
+/* Draws specks from number at on, as many as there are lanes or are left. A sample is inside if it is on the
+   same side of all three edges; one exactly on an edge counts as left of it, or as right of it, as
+   cohsm__edge_loses has it for a triangle seen from in front. If the triangle is seen from behind, all
+   areas are negative, and the sum of depths so, too; the order of its terms is that of
+   cohsm__fill_triangle. */
+static inline COHSM__IN_KERNEL void cohsm__draw_specks(const cohsm__target *t, const cohsm__specks *s,
+                                                       uint32_t at, cohsm__hits *hits)
+{
+    const cohsm__lane_ints zero = cohsm__ints_all(0), minus = cohsm__ints_all(-1);
+    const cohsm__lane_ints sign = cohsm__ints_all(0x8000), left = cohsm__ints_all((int32_t)(s->count - at));
+    const cohsm__lane_ints p0 = cohsm__ints_load(s->corner[0] + at), k0 = cohsm__ints_xor(p0, sign);
+    const cohsm__lane_ints p1 = cohsm__ints_load(s->corner[1] + at), k1 = cohsm__ints_xor(p1, sign);
+    const cohsm__lane_ints p2 = cohsm__ints_load(s->corner[2] + at), k2 = cohsm__ints_xor(p2, sign);
+    const cohsm__lane_ints w0 = cohsm__ints_cross_halves(p1, p2), w1 = cohsm__ints_cross_halves(p2, p0);
+    const cohsm__lane_ints w2 = cohsm__ints_cross_halves(p0, p1);
+    const cohsm__lane_ints area = cohsm__ints_add(cohsm__ints_add(w0, w1), w2);
+    const cohsm__lane_ints side0 = cohsm__ints_add(w0, cohsm__ints_keep(cohsm__ints_greater(k1, k2), minus));
+    const cohsm__lane_ints side1 = cohsm__ints_add(w1, cohsm__ints_keep(cohsm__ints_greater(k2, k0), minus));
+    const cohsm__lane_ints side2 = cohsm__ints_add(w2, cohsm__ints_keep(cohsm__ints_greater(k0, k1), minus));
+    const cohsm__lane_ints differ =
+        cohsm__ints_or(cohsm__ints_xor(side0, side1), cohsm__ints_xor(side0, side2));
+    const cohsm__lane_mask behind = cohsm__ints_greater(zero, area);
+    const cohsm__lane_ints flat = cohsm__ints_xor(cohsm__ints_or(area, cohsm__ints_sub(zero, area)), minus);
+    const cohsm__lane_mask inside = cohsm__ints_greater(cohsm__ints_or(differ, flat), minus);
+    const cohsm__lane_mask some = cohsm__ints_greater(left, cohsm__ints_load(cohsm__numbers));
+    const cohsm__lanes z0 = cohsm__lanes_mul(cohsm__lanes_of_ints(w0), cohsm__lanes_load(s->z[0] + at));
+    const cohsm__lanes z1 = cohsm__lanes_mul(cohsm__lanes_of_ints(w1), cohsm__lanes_load(s->z[1] + at));
+    const cohsm__lanes z2 = cohsm__lanes_mul(cohsm__lanes_of_ints(w2), cohsm__lanes_load(s->z[2] + at));
+    const cohsm__lanes sum = cohsm__lanes_add(cohsm__lanes_add(z0, cohsm__lanes_select(behind, z2, z1)),
+                                              cohsm__lanes_select(behind, z1, z2));
+    cohsm__note_hits(t, cohsm__mask_and(some, inside), cohsm__ints_load(s->pixel + at), sum, area, hits);
+}
+
 /* Draws triangles of the queue, as long as there is one for each lane, and moves those that are left to the
    front. If all is not 0, draws those too. There is one function for both, since compilers need a second for
    each copy of cohsm__draw_some. */
@@ -209,261 +267,25 @@ COHSM__KERNEL static void cohsm__draw_queue(const cohsm__target *t, const cohsm_
                                             int all)
 {
     const uint32_t most = all ? COHSM__LANE_COUNT - 1u : 0u;
-    cohsm__hits hits;
+    cohsm__specks *s = &q->specks;
     uint32_t at;
     int k;
 
-    hits.count = 0;
-    for (at = 0; at + COHSM__LANE_COUNT <= q->count + most; at += COHSM__LANE_COUNT)
-        cohsm__draw_some(t, cam, q, at, &hits);
-    cohsm__enter_hits(t, &hits);
-    if (at >= q->count) {
-        q->count = 0;
-        return;
+    for (at = 0; at + COHSM__LANE_COUNT <= s->count + most; at += COHSM__LANE_COUNT)
+        cohsm__draw_specks(t, s, at, &q->hits);
+    for (k = 0; at < s->count && k < 3; k++) {
+        memcpy(s->corner[k], s->corner[k] + at, COHSM__LANE_COUNT * sizeof s->corner[k][0]);
+        memcpy(s->z[k], s->z[k] + at, COHSM__LANE_COUNT * sizeof s->z[k][0]);
     }
-    for (k = 0; k < 3; k++) {
+    memcpy(s->pixel, s->pixel + at, COHSM__LANE_COUNT * sizeof s->pixel[0]);
+    s->count -= cohsm__min_u32(at, s->count);
+    for (at = 0; at + COHSM__LANE_COUNT <= q->count + most; at += COHSM__LANE_COUNT)
+        cohsm__draw_some(t, cam, q, at, &q->hits);
+    for (k = 0; at < q->count && k < 3; k++) {
         memcpy(q->x[k], q->x[k] + at, COHSM__LANE_COUNT * sizeof q->x[k][0]);
         memcpy(q->y[k], q->y[k] + at, COHSM__LANE_COUNT * sizeof q->y[k][0]);
         memcpy(q->z[k], q->z[k] + at, COHSM__LANE_COUNT * sizeof q->z[k][0]);
     }
-    q->count -= at;
+    q->count -= cohsm__min_u32(at, q->count);
+    if (all) cohsm__enter_hits(t, &q->hits);
 }
-
-/* Loads one corner of as many triangles as there are lanes, from rows of x, y and z that lie COHSM__CLUSTER
-   floats apart. */
-static inline COHSM__IN_KERNEL cohsm__lanes3 cohsm__corner_load(const float *v)
-{
-    return cohsm__lanes3_load(v, v + COHSM__CLUSTER, v + 2 * COHSM__CLUSTER);
-}
-
-static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__fixed(cohsm__lanes3 corner, cohsm__lanes3 axis,
-                                                             cohsm__lanes offset)
-{
-    return cohsm__lanes_truncate(cohsm__lanes_add(cohsm__lanes3_dot(corner, axis), offset));
-}
-
-static inline COHSM__IN_KERNEL cohsm__lanes cohsm__depths(cohsm__lanes3 corner, cohsm__lanes3 half_back)
-{
-    return cohsm__lanes_sub(cohsm__lanes_all(0.5f), cohsm__lanes3_dot(corner, half_back));
-}
-
-/* Appends the triangles of a mask to those of the queue. */
-static inline COHSM__IN_KERNEL void cohsm__queue_add(cohsm__queue *q, const cohsm__triangles *p,
-                                                     cohsm__lane_mask m)
-{
-    const uint32_t at = q->count;
-    cohsm__ints_append(q->x[0] + at, m, p->x0);
-    cohsm__ints_append(q->x[1] + at, m, p->x1);
-    cohsm__ints_append(q->x[2] + at, m, p->x2);
-    cohsm__ints_append(q->y[0] + at, m, p->y0);
-    cohsm__ints_append(q->y[1] + at, m, p->y1);
-    cohsm__ints_append(q->y[2] + at, m, p->y2);
-    cohsm__lanes_append(q->z[0] + at, m, p->z0);
-    cohsm__lanes_append(q->z[1] + at, m, p->z1);
-    cohsm__lanes_append(q->z[2] + at, m, p->z2);
-    q->count = at + cohsm__mask_count(m);
-}
-
-/* The axes of an orthographic view, for positions on its image in 1/256 pixel from its lower left corner. */
-typedef struct cohsm__image_axes {
-    cohsm__lanes3 right, up, half_back;
-    cohsm__lanes offset;
-} cohsm__image_axes;
-
-static inline COHSM__IN_KERNEL cohsm__image_axes cohsm__image_axes_of(const cohsm__target *t,
-                                                                      const cohsm__axes *axes)
-{
-    const float scale = (float)(t->size * (COHSM__SUBPIXEL / 2));
-    const cohsm__v3 r = cohsm__v3_scale(axes->right, scale), u = cohsm__v3_scale(axes->up, scale);
-    cohsm__image_axes a;
-    a.right = cohsm__lanes3_all(r.x, r.y, r.z);
-    a.up = cohsm__lanes3_all(u.x, u.y, u.z);
-    a.half_back = cohsm__lanes3_all(0.5f * axes->back.x, 0.5f * axes->back.y, 0.5f * axes->back.z);
-    a.offset = cohsm__lanes_all(scale + 0.5f);
-    return a;
-}
-
-/* Puts those triangles of a mask into the queue that hold a sample row, by their corners and by their x in p,
-   which hold a sample column. */
-static inline COHSM__IN_KERNEL void cohsm__queue_triangles(const cohsm__target *t,
-                                                           const cohsm__image_axes *axes,
-                                                           const cohsm__lanes3 *corner, cohsm__triangles *p,
-                                                           cohsm__lane_mask use, cohsm__queue *q)
-{
-    const cohsm__lane_ints one = cohsm__ints_all(1);
-    cohsm__lane_ints low, high;
-    p->y0 = cohsm__fixed(corner[0], axes->up, axes->offset);
-    p->y1 = cohsm__fixed(corner[1], axes->up, axes->offset);
-    p->y2 = cohsm__fixed(corner[2], axes->up, axes->offset);
-    p->z0 = cohsm__depths(corner[0], axes->half_back);
-    p->z1 = cohsm__depths(corner[1], axes->half_back);
-    p->z2 = cohsm__depths(corner[2], axes->half_back);
-    cohsm__span(p->y0, p->y1, p->y2, t->row_begin, t->row_end, &low, &high);
-    use = cohsm__mask_and(use, cohsm__ints_greater(cohsm__ints_add(high, one), low));
-    if (COHSM__WIDTH == 1 && !cohsm__mask_any(use)) return;
-    cohsm__queue_add(q, p, use);
-}
-
-/* Finds x of the corners. Returns which triangles hold a sample column. */
-static inline COHSM__IN_KERNEL cohsm__lane_mask cohsm__find_x(const cohsm__target *t,
-                                                              const cohsm__image_axes *axes,
-                                                              const cohsm__lanes3 *corner,
-                                                              cohsm__triangles *p)
-{
-    cohsm__lane_ints low, high;
-    p->x0 = cohsm__fixed(corner[0], axes->right, axes->offset);
-    p->x1 = cohsm__fixed(corner[1], axes->right, axes->offset);
-    p->x2 = cohsm__fixed(corner[2], axes->right, axes->offset);
-    cohsm__span(p->x0, p->x1, p->x2, 0, t->size, &low, &high);
-    return cohsm__ints_greater(cohsm__ints_add(high, cohsm__ints_all(1)), low);
-}
-
-/* Puts the triangles of the clusters in sight of an orthographic view into the queue. */
-COHSM__KERNEL static void cohsm__enqueue(const cohsm__target *t, const cohsm__camera *cam,
-                                         const cohsm__soup *soup, const cohsm__sight *sight, cohsm__queue *q)
-{
-    enum { PARTS = COHSM__CLUSTER / COHSM__LANE_COUNT };
-    const cohsm__image_axes axes = cohsm__image_axes_of(t, &cam->axes);
-    uint32_t i;
-
-    for (i = 0; i < PARTS * sight->count; i++) {
-        const float *v = cohsm__cluster(soup, sight->cluster[i / PARTS]) + COHSM__LANE_COUNT * (i % PARTS);
-        cohsm__lanes3 corner[3];
-        cohsm__triangles p;
-        cohsm__lane_mask use;
-        corner[0] = cohsm__corner_load(v);
-        corner[1] = cohsm__corner_load(v + 3 * COHSM__CLUSTER);
-        corner[2] = cohsm__corner_load(v + 6 * COHSM__CLUSTER);
-        use = cohsm__find_x(t, &axes, corner, &p);
-        cohsm__queue_triangles(t, &axes, corner, &p, use, q);
-        if (q->count > COHSM__MANY) cohsm__draw_queue(t, cam, q, 0);
-    }
-}
-
-/* Appends the triangles of a mask to those of the slab, with the x that p holds. */
-static inline COHSM__IN_KERNEL void cohsm__slab_add(cohsm__slab *slab, const cohsm__triangles *p,
-                                                     const cohsm__lanes3 *corner, cohsm__lane_mask m)
-{
-    const uint32_t at = slab->count;
-    int k;
-    cohsm__ints_append(slab->x[0] + at, m, p->x0);
-    cohsm__ints_append(slab->x[1] + at, m, p->x1);
-    cohsm__ints_append(slab->x[2] + at, m, p->x2);
-    for (k = 0; k < 3; k++) {
-        cohsm__lanes_append(slab->corner[3 * k] + at, m, corner[k].x);
-        cohsm__lanes_append(slab->corner[3 * k + 1] + at, m, corner[k].y);
-        cohsm__lanes_append(slab->corner[3 * k + 2] + at, m, corner[k].z);
-    }
-    slab->count = at + cohsm__mask_count(m);
-}
-
-/* Asks for the triangles of a part of a cluster, as many as there are lanes: what all views of a column read
-   once does not stay in a cache. */
-static inline COHSM__IN_KERNEL void cohsm__prefetch_part(const cohsm__soup *soup, uint32_t cluster,
-                                                         uint32_t part)
-{
-    enum { FLOATS = 9 * COHSM__LANE_COUNT };
-    const float *v = cohsm__cluster(soup, cluster) + FLOATS * part;
-    int k;
-    for (k = 0; k < FLOATS; k += 16) COHSM__PREFETCH(v + k);
-}
-
-/* Finds the triangles of a slab's clusters, which stand from `first` on in the list, that hold a sample
-   column of all views with the right axis of this one. */
-COHSM__KERNEL static void cohsm__find_slab(const cohsm__target *t, const cohsm__camera *cam,
-                                            const cohsm__soup *soup, const cohsm__sight *sight,
-                                            uint32_t first, cohsm__slab *slab)
-{
-    enum { PARTS = COHSM__CLUSTER / COHSM__LANE_COUNT };
-    const cohsm__image_axes axes = cohsm__image_axes_of(t, &cam->axes);
-    const uint32_t last = sight->count - 1u;
-    const uint32_t end = cohsm__min_u32(first + (uint32_t)COHSM__SLAB / COHSM__CLUSTER, sight->count);
-    uint32_t i;
-
-    slab->count = 0;
-    for (i = PARTS * first; i < PARTS * end; i++) {
-        const float *v = cohsm__cluster(soup, sight->cluster[i / PARTS]) + COHSM__LANE_COUNT * (i % PARTS);
-        const uint32_t ahead = cohsm__min_u32(i / PARTS + (uint32_t)COHSM__CLUSTERS_AHEAD, last);
-        cohsm__lanes3 corner[3];
-        cohsm__triangles p;
-        cohsm__lane_mask use;
-        cohsm__prefetch_part(soup, sight->cluster[ahead], i % PARTS);
-        corner[0] = cohsm__corner_load(v);
-        corner[1] = cohsm__corner_load(v + 3 * COHSM__CLUSTER);
-        corner[2] = cohsm__corner_load(v + 6 * COHSM__CLUSTER);
-        use = cohsm__find_x(t, &axes, corner, &p);
-        cohsm__slab_add(slab, &p, corner, use);
-    }
-}
-
-/* Puts the triangles of a slab into the queue of one of its views. */
-COHSM__KERNEL static void cohsm__enqueue_slab(const cohsm__target *t, const cohsm__camera *cam,
-                                               const cohsm__slab *slab, cohsm__queue *q)
-{
-    const cohsm__image_axes axes = cohsm__image_axes_of(t, &cam->axes);
-    uint32_t at, k;
-
-    for (at = 0; at < slab->count; at += COHSM__LANE_COUNT) {
-        const cohsm__lane_ints left = cohsm__ints_all((int32_t)(slab->count - at));
-        cohsm__lanes3 corner[3];
-        cohsm__triangles p;
-        p.x0 = cohsm__ints_load(slab->x[0] + at);
-        p.x1 = cohsm__ints_load(slab->x[1] + at);
-        p.x2 = cohsm__ints_load(slab->x[2] + at);
-        for (k = 0; k < 3; k++)
-            corner[k] = cohsm__lanes3_load(slab->corner[3 * k] + at, slab->corner[3 * k + 1] + at,
-                                           slab->corner[3 * k + 2] + at);
-        cohsm__queue_triangles(t, &axes, corner, &p,
-                               cohsm__ints_greater(left, cohsm__ints_load(cohsm__numbers)), q);
-        if (q->count > COHSM__MANY) cohsm__draw_queue(t, cam, q, 0);
-    }
-}
-
-#if COHSM__LANE_COUNT == 8
-
-/* Says which of 8 clusters may cover samples of the wanted rows. Rounding moves corners by less than a
-   hundredth of a pixel. */
-static inline COHSM__IN_KERNEL cohsm__lane_mask cohsm__sees8(const cohsm__target *t, cohsm__v3 up,
-                                                             const float *box)
-{
-    const cohsm__lanes half = cohsm__lanes_all(0.5f * (float)t->size), one = cohsm__lanes_all(1.0f);
-    const cohsm__lanes3 middle = cohsm__lanes3_load(box, box + 8, box + 16);
-    const cohsm__lanes3 side = cohsm__lanes3_load(box + 24, box + 32, box + 40);
-    cohsm__lanes y = cohsm__lanes3_dot(middle, cohsm__lanes3_all(up.x, up.y, up.z));
-    cohsm__lanes e = cohsm__lanes3_dot(side, cohsm__lanes3_all(fabsf(up.x), fabsf(up.y), fabsf(up.z)));
-    y = cohsm__lanes_mul(cohsm__lanes_add(y, one), half);
-    e = cohsm__lanes_add(cohsm__lanes_mul(e, half), cohsm__lanes_all(0.01f));
-    return cohsm__mask_and(
-        cohsm__lanes_at_least(cohsm__lanes_add(y, e), cohsm__lanes_all((float)t->row_begin + 0.5f)),
-        cohsm__lanes_at_least(cohsm__lanes_all((float)t->row_end - 0.5f), cohsm__lanes_sub(y, e)));
-}
-
-/* Appends to a list the numbers, from first on, of the lanes of a mask, if they come before end. Returns the
-   new count. */
-static inline COHSM__IN_KERNEL uint32_t cohsm__append8(uint32_t *list, uint32_t count, cohsm__lane_mask mask,
-                                                       uint32_t first, uint32_t end)
-{
-    const cohsm__lane_ints number =
-        cohsm__ints_add(cohsm__ints_load(cohsm__numbers), cohsm__ints_all((int32_t)first));
-    mask = cohsm__mask_and(mask, cohsm__ints_greater(cohsm__ints_all((int32_t)end), number));
-    cohsm__ints_append((int32_t *)(void *)(list + count), mask, number);
-    return count + cohsm__mask_count(mask);
-}
-
-/* Finds those of the clusters begin .. end - 1, no more than a stretch, that may be in sight of an
-   orthographic view: by the boxes of eight clusters first. */
-COHSM__KERNEL static void cohsm__find_clusters(const cohsm__target *t, cohsm__v3 up, const cohsm__soup *soup,
-                                               uint32_t begin, uint32_t end, cohsm__sight *sight)
-{
-    const float *wide = cohsm__wide_bounds(soup);
-    uint32_t eight[COHSM__STRETCH / 8 + 8], eights = cohsm__groups_of_8(end), count = 0, i;
-
-    for (i = begin / 8; i < eights; i += 8)
-        count = cohsm__append8(eight, count, cohsm__sees8(t, up, wide + 6 * (size_t)i), i, eights);
-    for (i = 0, sight->count = 0; i < count; i++)
-        sight->count =
-            cohsm__append8(sight->cluster, sight->count,
-                           cohsm__sees8(t, up, soup->bounds + 48 * (size_t)eight[i]), 8 * eight[i], end);
-}
-
-#endif

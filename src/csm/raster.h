@@ -213,24 +213,16 @@ static unsigned cohsm__face_sees8(const cohsm__target *t, const cohsm__camera *c
     return mask;
 }
 
-/* Triangles whose boxes hold samples wait in a queue until there are many; then as many as there are lanes
-   are drawn together. On a fine mesh one triangle in five holds samples, and no branch predictor knows which
-   one: a branch after each triangle costs more than setting the triangle up. */
-enum { COHSM__MANY = 128, COHSM__QUEUE = COHSM__MANY + 32 };
-typedef struct cohsm__queue {
-    int32_t  x[3][COHSM__QUEUE], y[3][COHSM__QUEUE];
-    float    z[3][COHSM__QUEUE];
-    uint32_t count;
-} cohsm__queue;
-
-/* Depths wait to be entered until there are many, too: how many of the lanes that are drawn together hit is
+/* Depths wait to be entered until there are many: how many of the lanes that are drawn together hit is
    anybody's guess, and a loop over each few hits ends where no predictor expects it. */
+enum { COHSM__MANY = 80, COHSM__QUEUE = COHSM__MANY + 32 };         /* kernels write 16 entries at a time */
 typedef struct cohsm__hits {
-    int32_t  pixel[COHSM__MANY + 32], depth[COHSM__MANY + 32];      /* kernels write 16 entries at a time */
-    uint32_t count;
+    int32_t  pixel[COHSM__QUEUE], area[COHSM__QUEUE], depth[COHSM__QUEUE];
+    float    sum[COHSM__QUEUE];         /* of the corners' depths, each by its part of the area */
+    uint32_t count, fill[15];           /* fills a cache line */
 } cohsm__hits;
 
-static void cohsm__enter_hits(const cohsm__target *t, cohsm__hits *hits)
+static void cohsm__insert_hits(const cohsm__target *t, cohsm__hits *hits)
 {
     uint32_t i;
     for (i = 0; i < hits->count; i++)
@@ -239,15 +231,37 @@ static void cohsm__enter_hits(const cohsm__target *t, cohsm__hits *hits)
     hits->count = 0;
 }
 
+/* Specks are triangles whose box holds one sample. On a fine mesh nearly all that hold any are specks. */
+typedef struct cohsm__specks {
+    int32_t  corner[3][COHSM__QUEUE];   /* as seen from the sample: x in the low half, y in the high half */
+    float    z[3][COHSM__QUEUE];
+    int32_t  pixel[COHSM__QUEUE];
+    uint32_t count, fill[15];           /* fills a cache line */
+} cohsm__specks;
+
+/* Triangles whose boxes hold samples wait in a queue until there are many; then as many as there are lanes
+   are drawn together. On a fine mesh one triangle in five holds samples, and no branch predictor knows which
+   one: a branch after each triangle costs more than setting the triangle up. */
+typedef struct cohsm__queue {
+    int32_t  x[3][COHSM__QUEUE], y[3][COHSM__QUEUE];
+    float    z[3][COHSM__QUEUE];
+    uint32_t count, fill[15];           /* fills a cache line */
+    cohsm__specks specks;               /* are not among the others */
+    cohsm__hits   hits;
+} cohsm__queue;
+
 /* Directions of one column of the sphere have one axis to the right: of a mesh whose triangles are smaller
    than a pixel, most have no sample column between their corners and are left out of all these views at
    once. Up to COHSM__ABREAST views are drawn together, a slab of the mesh after the other: of its
-   triangles, those that hold a sample column, with x on the images and all three corners. */
+   triangles, those that hold a sample column, with x on the images and all three corners. Views of other
+   axes are drawn together as well, since each slab is then near when the next one reads it. */
 enum { COHSM__ABREAST = 8, COHSM__SLAB = 16 * COHSM__CLUSTER, COHSM__CLUSTERS_AHEAD = 12 };
 typedef struct cohsm__slab {
-    int32_t  x[3][COHSM__SLAB + 16];   /* kernels write 16 entries at a time */
+    int32_t  x[3][COHSM__SLAB + 16];    /* kernels write 16 entries at a time */
+    int32_t  off[3][COHSM__SLAB + 16];  /* of corners from the middle of the sample column */
+    int32_t  column[COHSM__SLAB + 16];  /* the one sample column, or -1 if there are several */
     float    corner[9][COHSM__SLAB + 16];
-    uint32_t count;
+    uint32_t count, fill[15];           /* fills a cache line */
 } cohsm__slab;
 typedef struct cohsm__column { cohsm__slab slab; cohsm__queue queue[COHSM__ABREAST]; } cohsm__column;
 

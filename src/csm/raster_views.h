@@ -187,6 +187,7 @@ static void cohsm__raster_masked(const cohsm__target *t, const cohsm__camera *ca
     cohsm__fill_triangle(t, cam, &mask, c, c + 1, c + 2);
 }
 
+/* Draws a perspective view, or an orthographic one of a mesh with a mask. */
 static void cohsm__raster_view(const cohsm__target *t, const cohsm__camera *cam, const cohsm__soup *soup,
                                int simd)
 {
@@ -196,24 +197,20 @@ static void cohsm__raster_view(const cohsm__target *t, const cohsm__camera *cam,
     cohsm__kernels kernels = cohsm__choose_kernels(simd);
     uint32_t begin, end, i;
     cohsm__sight sight;
-    cohsm__queue q;
 
     memset(t->z + first, 0xff, (last - first) * sizeof *t->z);
     if (cam->perspective) {
         cohsm__raster_face(t, cam, soup);
         return;
     }
-    memset(&q, 0, sizeof q);
     for (begin = 0; begin < soup->clusters; begin = end) {
         end = cohsm__min_u32(begin + COHSM__STRETCH, soup->clusters);
         for (i = begin; all && i < end; i++) sight.cluster[i - begin] = i;
         sight.count = end - begin;
         if (!all) kernels.find(t, cam->axes.up, soup, begin, end, &sight);
-        for (i = 0; soup->masked && i < sight.count * COHSM__CLUSTER; i++)
+        for (i = 0; i < sight.count * COHSM__CLUSTER; i++)
             cohsm__raster_masked(t, cam, soup, sight.cluster[i / COHSM__CLUSTER], i % COHSM__CLUSTER);
-        if (!soup->masked) kernels.enqueue(t, cam, soup, &sight, &q);
     }
-    kernels.draw_queue(t, cam, &q, 1);
 }
 
 /* Lists those of the clusters begin .. end - 1, no more than a stretch, that one of the views may see. */
@@ -234,7 +231,12 @@ static void cohsm__sight_of_column(const cohsm__target *t, const cohsm__camera *
         if (seen[k - begin]) sight->cluster[sight->count++] = k;
 }
 
-/* Draws orthographic views whose axes to the right are the same. */
+static int cohsm__right_is_same(const cohsm__camera *a, const cohsm__camera *b)
+{
+    return !memcmp(&a->axes.right, &b->axes.right, sizeof a->axes.right);
+}
+
+/* Draws orthographic views of a mesh without a mask, faster if their axes to the right are the same. */
 static void cohsm__raster_column(const cohsm__target *t, const cohsm__camera *cam, uint32_t count,
                                  const cohsm__soup *soup, int simd, cohsm__column *column)
 {
@@ -244,17 +246,16 @@ static void cohsm__raster_column(const cohsm__target *t, const cohsm__camera *ca
     uint32_t begin, end, at, i;
     cohsm__sight sight;
 
-    for (i = 0; i < count; i++) {
-        memset(t[i].z + first, 0xff, (last - first) * sizeof *t->z);
-        column->queue[i].count = 0;
-    }
+    for (i = 0; i < count; i++) memset(t[i].z + first, 0xff, (last - first) * sizeof *t->z);
     for (begin = 0; begin < soup->clusters; begin = end) {
         end = cohsm__min_u32(begin + COHSM__STRETCH, soup->clusters);
         cohsm__sight_of_column(t, cam, count, soup, &kernels, begin, end, &sight);
         for (at = 0; at < sight.count; at += (uint32_t)COHSM__SLAB / COHSM__CLUSTER) {
-            kernels.find_slab(t, cam, soup, &sight, at, &column->slab);
-            for (i = 0; i < count; i++)
+            for (i = 0; i < count; i++) {
+                if (!i || !cohsm__right_is_same(cam + i, cam + i - 1))
+                    kernels.find_slab(t + i, cam + i, soup, &sight, at, &column->slab);
                 kernels.enqueue_slab(t + i, cam + i, &column->slab, column->queue + i);
+            }
         }
     }
     for (i = 0; i < count; i++) kernels.draw_queue(t + i, cam + i, column->queue + i, 1);

@@ -111,7 +111,7 @@ static cohsm_result cohsm__verify_views(cohsm_builder *b, const cohsm_maps *maps
             cohsm__job_end(&job);
             return COHSM_ERR_CANCELLED;
         }
-        b->batch_count = cohsm__min_u32(COHSM__BATCH, b->head.view_count - b->batch_begin);
+        b->batch_count = cohsm__min_u32(b->batch_views, b->head.view_count - b->batch_begin);
         cohsm__draw_batch(&job);
         cohsm__run_tasks(&b->desc.system, COHSM__RANGES, cohsm__verify_task, &check);
         for (i = 0, wrong_before = out->wrong; i < COHSM__RANGES; i++) {

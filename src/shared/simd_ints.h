@@ -16,6 +16,9 @@
 #define P_halves_of16 P_NAME_IN_SET(P_halves_of16, P_SET)
 #define P_halves_up_to P_NAME_IN_SET(P_halves_up_to, P_SET)
 #define P_ints_and P_NAME_IN_SET(P_ints_and, P_SET)
+#define P_ints_xor P_NAME_IN_SET(P_ints_xor, P_SET)
+#define P_ints_join_halves P_NAME_IN_SET(P_ints_join_halves, P_SET)
+#define P_ints_cross_halves P_NAME_IN_SET(P_ints_cross_halves, P_SET)
 #define P_ints_gather P_NAME_IN_SET(P_ints_gather, P_SET)
 
 /* Returns the low 32 bits of products, so that signs do not matter. */
@@ -120,6 +123,68 @@ static inline P_IN_KERNEL P_lane_ints P_ints_and(P_lane_ints k, P_lane_ints n)
     P_EACH(k.v[piece] = _mm_and_si128(k.v[piece], n.v[piece]))
 #else
     P_EACH(k.v[piece] = k.v[piece] & n.v[piece])
+#endif
+    return k;
+}
+
+static inline P_IN_KERNEL P_lane_ints P_ints_xor(P_lane_ints k, P_lane_ints n)
+{
+#if P_WIDTH == 16
+    P_EACH(k.v[piece] = _mm512_xor_si512(k.v[piece], n.v[piece]))
+#elif P_WIDTH == 8
+    P_EACH(k.v[piece] = _mm256_xor_si256(k.v[piece], n.v[piece]))
+#elif P_SIMD_X86
+    P_EACH(k.v[piece] = _mm_xor_si128(k.v[piece], n.v[piece]))
+#else
+    P_EACH(k.v[piece] = k.v[piece] ^ n.v[piece])
+#endif
+    return k;
+}
+
+/* Returns the low halves of k below those of n. */
+static inline P_IN_KERNEL P_lane_ints P_ints_join_halves(P_lane_ints k, P_lane_ints n)
+{
+#if P_WIDTH == 16
+    P_EACH(
+        const __m512i high = _mm512_maskz_slli_epi32((__mmask16)0xffff, n.v[piece], 16);
+        k.v[piece] = _mm512_mask_blend_epi16((__mmask32)0x55555555, high, k.v[piece]))
+#elif P_WIDTH == 8
+    P_EACH(k.v[piece] = _mm256_blend_epi16(_mm256_slli_epi32(n.v[piece], 16), k.v[piece], 0x55))
+#elif P_SIMD_X86
+    P_EACH(k.v[piece] = _mm_or_si128(_mm_slli_epi32(n.v[piece], 16),
+                                     _mm_and_si128(k.v[piece], _mm_set1_epi32(0xffff))))
+#else
+    P_EACH(
+        const P_piece_words high = (P_piece_words)n.v[piece] << 16;
+        k.v[piece] = (P_piece_ints)(high | ((P_piece_words)k.v[piece] & 0xffffu)))
+#endif
+    return k;
+}
+
+/* Returns kx ny - nx ky, where x is the low half of a number and y the high half, both with a sign; x of n is
+   not the least that a half can be. */
+static inline P_IN_KERNEL P_lane_ints P_ints_cross_halves(P_lane_ints k, P_lane_ints n)
+{
+#if P_WIDTH == 16
+    P_EACH(
+        const __m512i turned = _mm512_maskz_rol_epi32((__mmask16)0xffff, n.v[piece], 16);
+        const __m512i zero = _mm512_setzero_si512();
+        k.v[piece] = _mm512_madd_epi16(
+            k.v[piece], _mm512_mask_sub_epi16(turned, (__mmask32)0xaaaaaaaau, zero, turned)))
+#elif P_WIDTH == 8
+    P_EACH(
+        const __m256i turned = _mm256_shufflehi_epi16(_mm256_shufflelo_epi16(n.v[piece], 0xb1), 0xb1);
+        k.v[piece] = _mm256_madd_epi16(
+            k.v[piece], _mm256_sign_epi16(turned, _mm256_set1_epi32((int)0xffff0001u))))
+#elif P_SIMD_X86
+    P_EACH(
+        const __m128i y = _mm_srli_epi32(n.v[piece], 16), x = _mm_slli_epi32(n.v[piece], 16);
+        k.v[piece] = _mm_madd_epi16(k.v[piece], _mm_or_si128(y, _mm_sub_epi32(_mm_setzero_si128(), x))))
+#else
+    P_EACH(
+        const P_piece_ints kx = (P_piece_ints)((P_piece_words)k.v[piece] << 16) >> 16, ky = k.v[piece] >> 16;
+        const P_piece_ints nx = (P_piece_ints)((P_piece_words)n.v[piece] << 16) >> 16, ny = n.v[piece] >> 16;
+        k.v[piece] = kx * ny - nx * ky)
 #endif
     return k;
 }

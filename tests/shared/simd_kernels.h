@@ -25,7 +25,7 @@ enum {
 /* Likewise of whole numbers. */
 enum {
     SIMD_INTS_MUL, SIMD_INTS_MIN, SIMD_INTS_MAX, SIMD_INTS_GREATER, SIMD_INTS_EQUAL, SIMD_INTS_SELECT, SIMD_INTS_SHIFT,
-    SIMD_INTS_ADD, SIMD_INTS_SUB, SIMD_INTS_AND, SIMD_INTS_GATHER,
+    SIMD_INTS_ADD, SIMD_INTS_SUB, SIMD_INTS_AND, SIMD_INTS_XOR, SIMD_INTS_JOIN, SIMD_INTS_CROSS, SIMD_INTS_GATHER,
     SIMD_INTS_COUNT
 };
 #endif
@@ -126,6 +126,10 @@ P_KERNEL static void simd_integers(const int32_t *a, const int32_t *b, int32_t *
     P_ints_store(out + SIMD_INTS_ADD * P_LANE_COUNT, P_ints_add(x, y));
     P_ints_store(out + SIMD_INTS_SUB * P_LANE_COUNT, P_ints_sub(x, y));
     P_ints_store(out + SIMD_INTS_AND * P_LANE_COUNT, P_ints_and(x, y));
+    P_ints_store(out + SIMD_INTS_XOR * P_LANE_COUNT, P_ints_xor(x, y));
+    P_ints_store(out + SIMD_INTS_JOIN * P_LANE_COUNT, P_ints_join_halves(x, y));
+    P_ints_store(out + SIMD_INTS_CROSS * P_LANE_COUNT,
+                 P_ints_cross_halves(P_ints_shift_right(x, 2), P_ints_shift_right(y, 2)));
     P_ints_store(out + SIMD_INTS_GATHER * P_LANE_COUNT, P_ints_gather(a, P_ints_and(y, P_ints_all(P_LANE_COUNT - 1))));
 }
 

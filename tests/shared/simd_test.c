@@ -292,6 +292,21 @@ static void bits_of_a_mask_are_those_of_its_lanes(void **state)
         }
 }
 
+static int32_t half_of(int32_t a, int shift)
+{
+    const int32_t half = (int32_t)((uint32_t)a >> shift & 0xffffu);
+    return half < 0x8000 ? half : half - 0x10000;
+}
+
+/* Of a quarter of each number, so that no product of halves passes 32 bits. */
+static int32_t cross_of_quarters(int32_t a, int32_t b)
+{
+    const int32_t below_a = a < 0 && a % 4 != 0, below_b = b < 0 && b % 4 != 0;
+    a = a / 4 - below_a;
+    b = b / 4 - below_b;
+    return half_of(a, 0) * half_of(b, 16) - half_of(b, 0) * half_of(a, 16);
+}
+
 static int32_t expected_integer(int plane, int32_t a, int32_t b)
 {
     const int64_t wide_a = a, wide_b = b;       /* what passes 32 bits is cut off */
@@ -305,6 +320,9 @@ static int32_t expected_integer(int plane, int32_t a, int32_t b)
     case SIMD_INTS_SELECT: return a > b ? a : b;
     case SIMD_INTS_SHIFT: return a / 32 - below;
     case SIMD_INTS_AND: return (int32_t)((uint32_t)a & (uint32_t)b);
+    case SIMD_INTS_XOR: return (int32_t)((uint32_t)a ^ (uint32_t)b);
+    case SIMD_INTS_JOIN: return (int32_t)(((uint32_t)b & 0xffffu) << 16 | ((uint32_t)a & 0xffffu));
+    case SIMD_INTS_CROSS: return cross_of_quarters(a, b);
     case SIMD_INTS_ADD: return (int32_t)(uint32_t)((uint64_t)(wide_a + wide_b) & 0xffffffffu);
     default: return (int32_t)(uint32_t)((uint64_t)(wide_a - wide_b) & 0xffffffffu);
     }
