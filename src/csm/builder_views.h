@@ -78,7 +78,7 @@ static cohsm_result cohsm__builder_make(const cohsm_desc *desc, cohsm__counted_h
     b->thickness = desc->open_thickness * (b->head.positional ? 2.0f : 65536.0f) / (float)desc->map_side;
     b->keep = desc->layers == COHSM_LAYERS_Z1Z2 ? 2 : 4;
     b->batch_size = desc->map_side * desc->map_side * b->keep;
-    b->batch_views = desc->map_side <= (uint32_t)COHSM__BATCH_SIDE ? COHSM__BATCH : COHSM__BATCH / 2u;
+    b->batch_views = (uint32_t)COHSM__BATCH / (desc->map_side <= (uint32_t)COHSM__BATCH_SIDE ? 1u : 2u);
     if (!cohsm__mul_size(n, cohsm__chunks(&b->head), &lookup) || lookup > UINT32_MAX / 4) {
         cohsm__heap_free(heap, b, 1, sizeof *b);
         return COHSM_ERR_LIMIT;
