@@ -6971,9 +6971,9 @@ static inline COHSM__IN_KERNEL cohsm__lane_ints cohsm__ints_cross_halves(cohsm__
         k.v[piece] = _mm_madd_epi16(k.v[piece], _mm_or_si128(y, _mm_sub_epi32(_mm_setzero_si128(), x))))
 #else
     COHSM__EACH(
-        const cohsm__piece_ints kx = (cohsm__piece_ints)((cohsm__piece_words)k.v[piece] << 16) >> 16, ky = k.v[piece] >> 16;
-        const cohsm__piece_ints nx = (cohsm__piece_ints)((cohsm__piece_words)n.v[piece] << 16) >> 16, ny = n.v[piece] >> 16;
-        k.v[piece] = kx * ny - nx * ky)
+        const cohsm__piece_ints kx = (cohsm__piece_ints)((cohsm__piece_words)k.v[piece] << 16) >> 16;
+        const cohsm__piece_ints nx = (cohsm__piece_ints)((cohsm__piece_words)n.v[piece] << 16) >> 16;
+        k.v[piece] = kx * (n.v[piece] >> 16) - nx * (k.v[piece] >> 16))
 #endif
     return k;
 }

@@ -182,9 +182,9 @@ static inline P_IN_KERNEL P_lane_ints P_ints_cross_halves(P_lane_ints k, P_lane_
         k.v[piece] = _mm_madd_epi16(k.v[piece], _mm_or_si128(y, _mm_sub_epi32(_mm_setzero_si128(), x))))
 #else
     P_EACH(
-        const P_piece_ints kx = (P_piece_ints)((P_piece_words)k.v[piece] << 16) >> 16, ky = k.v[piece] >> 16;
-        const P_piece_ints nx = (P_piece_ints)((P_piece_words)n.v[piece] << 16) >> 16, ny = n.v[piece] >> 16;
-        k.v[piece] = kx * ny - nx * ky)
+        const P_piece_ints kx = (P_piece_ints)((P_piece_words)k.v[piece] << 16) >> 16;
+        const P_piece_ints nx = (P_piece_ints)((P_piece_words)n.v[piece] << 16) >> 16;
+        k.v[piece] = kx * (n.v[piece] >> 16) - nx * (k.v[piece] >> 16))
 #endif
     return k;
 }

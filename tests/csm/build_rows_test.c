@@ -1015,8 +1015,8 @@ static void the_rasteriser_agrees_with_rays(void **state)
 static double documented_bytes(const cohsm_desc *d, size_t triangles, uint32_t maps, uint64_t segments, size_t block)
 {
     double n = (double)d->map_side * d->map_side, t = 40.0 * (double)triangles, whole;
-    whole = t + 8e5 + (d->map_side <= 128 ? 64 : 32) * (d->layers == COHSM_LAYERS_Z1Z2 ? 4.0 : 8.0) * n + 80 * n + 4.0 * maps + 16.0 * (double)segments +
-            2.0 * (double)block;
+    whole = t + 8e5 + (d->map_side <= 128 ? 64 : 32) * (d->layers == COHSM_LAYERS_Z1Z2 ? 4.0 : 8.0) * n + 80 * n +
+            4.0 * maps + 16.0 * (double)segments + 2.0 * (double)block;
     return whole > 100.0 * (double)triangles ? whole : 100.0 * (double)triangles;
 }
 
