@@ -1558,7 +1558,7 @@ static const struct { char facts[37];
 };
 
 static const struct { char facts[42];
-    char s0[3992]; char s1[3728]; char end; } glbk__glsl_lib_ism_light_glsl GLBK__TIGHT = {
+    char s0[3992]; char s1[3662]; char end; } glbk__glsl_lib_ism_light_glsl GLBK__TIGHT = {
     "lib/ism_light.glsl\0" "ism_access ism_view" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\n\n\n\n#ifndef ISM_NEAR\n"
@@ -1777,17 +1777,17 @@ static const struct { char facts[42];
     "}\n"
     "return i;\n"
     "}\n"
-    "\n\n\n\nvec4 ism_gather(vec3 p,vec3 n,vec3 ng,uint first,uint set_count)\n"
+    "\n\n\n\n\nvec4 ism_gather(vec3 p,vec3 n,vec3 ng)\n"
     "{\n"
-    "uint count=ISM_F.near_point_count,i=ism_near_block(first,count,p);\n"
+    "uint count=ISM_F.near_point_count,i=ism_near_block(0u,count,p);\n"
     "vec4 sum=vec4(.0);\n"
     "while(i<count){\n"
     "uvec4 found=uvec4(0u);\n"
     "uint have=0u;\n"
     "while(i<count&&have<4u){\n"
     "if(ism_near_counts(i,p,n))found[have++]=i;\n"
-    "i+=set_count;\n"
-    "if((i&63u)<set_count)i=ism_near_block(i,count,p);\n"
+    "i++;\n"
+    "if((i&63u)==0u)i=ism_near_block(i,count,p);\n"
     "}\n"
     "for(uint k=0u;k<have;k++){\n"
     "ism_near_point q=ism_read_near(found[k]);\n"
@@ -1798,7 +1798,7 @@ static const struct { char facts[42];
     "sum+=lit*vec4(bright*q.flux,max(plain-bright,.0)*ism_luminance(q.flux));\n"
     "}\n"
     "}\n"
-    "return ism_scaled(sum,set_count);\n"
+    "return ism_scaled(sum,1u);\n"
     "}\n"
     "\n\n\nvec4 ism_light(vec3 p,vec3 n,vec3 ng,uint first,uint set_count)\n"
     "{\n"
@@ -1813,7 +1813,7 @@ static const struct { char facts[42];
     "#endif\n"
     "for(uint v=first;v<count;v+=set_count)ism_add(sum,v,ism_read_vpl(v),p,n,ng,most);\n"
     "#if ISM_NEAR == 6\n"
-    "return ism_scaled(sum,set_count)+ism_gather(p,n,ng,first,set_count);\n"
+    "return ism_scaled(sum,set_count)+ism_gather(p,n,ng);\n"
     "#else\n"
     "return ism_scaled(sum,set_count);\n"
     "#endif\n"
@@ -2997,7 +2997,7 @@ static const struct { char facts[50];
 };
 
 static const struct { char facts[188];
-    char s0[1367]; char end; } glbk__glsl_prog_ism_shade_comp GLBK__TIGHT = {
+    char s0[1351]; char end; } glbk__glsl_prog_ism_shade_comp GLBK__TIGHT = {
     "prog/ism_shade.comp\0" "ism_gbuffer ism_light" "\0" "" "\0"
     "ISM_PROJECTION=1 ISM_NEAR=1 | ISM_PROJECTION=2 ISM_NEAR=2 | ISM_PROJECTION=3 ISM_NEAR=3 | ISM_PROJECTION=4 ISM_NEAR=4 | ISM_NEAR=5 | ISM_NEAR=6" "\0" "",
     "\n\n\n\n\nlayout(local_size_x=16,local_size_y=16)in;\n"
@@ -3037,7 +3037,7 @@ static const struct { char facts[188];
     "}\n"
     "sum=ism_scaled(sum,set_count);\n"
     "#if ISM_NEAR == 6\n"
-    "if(lit)sum+=ism_gather(r.p,r.n,r.ng,first,set_count);\n"
+    "if(lit)sum+=ism_gather(r.p,r.n,r.ng);\n"
     "#endif\n"
     "if(inside)imageStore(glbk_ism_light_out,at,sum);\n"
     "}\n", 0

@@ -263,8 +263,8 @@ float ism_near_kernel(ism_near_point q, vec3 p, vec3 n, out float plain)
 // Returns whether near point i stands for VPLs at p.
 bool ism_near_counts(uint i, vec3 p, vec3 n) { return ism_near_weight(ism_read_near(i), p, n) > 0.0; }
 
-// Returns the first near point of a class, from i on, in a block of 64 whose sphere holds p. Beyond its
-// sphere no point of a block reaches. 64 is a multiple of set_count, so i keeps its class.
+// Returns the first near point, from i on, in a block of 64 whose sphere holds p. Beyond its sphere no point
+// of a block reaches.
 uint ism_near_block(uint i, uint count, vec3 p)
 {
     for (; i < count; i += 64u) {
@@ -275,20 +275,21 @@ uint ism_near_block(uint i, uint count, vec3 p)
     return i;
 }
 
-// Returns the light of near points first, first + set_count, ..., scaled up as VPLs are by ism_scaled. Four
-// at a time are looked for, and add their light in a loop of their own: since neighbours wait for each other,
-// the cost of a near point is then paid where neighbours have one too, and not wherever one of them has.
-vec4 ism_gather(vec3 p, vec3 n, vec3 ng, uint first, uint set_count)
+// Returns the light of all near points, also in interleaved pictures: a class of them, scaled up, made white
+// specks where a pixel has few neighbours on its surface to be blurred with. Four at a time are looked for,
+// and add their light in a loop of their own: since neighbours wait for each other, the cost of a near point
+// is then paid where neighbours have one too, and not wherever one of them has.
+vec4 ism_gather(vec3 p, vec3 n, vec3 ng)
 {
-    uint count = ISM_F.near_point_count, i = ism_near_block(first, count, p);
+    uint count = ISM_F.near_point_count, i = ism_near_block(0u, count, p);
     vec4 sum = vec4(0.0);
     while (i < count) {
         uvec4 found = uvec4(0u);
         uint have = 0u;
         while (i < count && have < 4u) {
             if (ism_near_counts(i, p, n)) found[have++] = i;
-            i += set_count;
-            if ((i & 63u) < set_count) i = ism_near_block(i, count, p);
+            i++;
+            if ((i & 63u) == 0u) i = ism_near_block(i, count, p);
         }
         for (uint k = 0u; k < have; k++) {
             ism_near_point q = ism_read_near(found[k]);
@@ -299,7 +300,7 @@ vec4 ism_gather(vec3 p, vec3 n, vec3 ng, uint first, uint set_count)
             sum += lit * vec4(bright * q.flux, max(plain - bright, 0.0) * ism_luminance(q.flux));
         }
     }
-    return ism_scaled(sum, set_count);
+    return ism_scaled(sum, 1u);
 }
 
 // Returns in xyz the irradiance by VPLs first, first + set_count, ... times set_count, in w the irradiance
@@ -317,7 +318,7 @@ vec4 ism_light(vec3 p, vec3 n, vec3 ng, uint first, uint set_count)
 #endif
     for (uint v = first; v < count; v += set_count) ism_add(sum, v, ism_read_vpl(v), p, n, ng, most);
 #if ISM_NEAR == 6
-    return ism_scaled(sum, set_count) + ism_gather(p, n, ng, first, set_count);
+    return ism_scaled(sum, set_count) + ism_gather(p, n, ng);
 #else
     return ism_scaled(sum, set_count);
 #endif

@@ -44,7 +44,7 @@ void main()
     }
     sum = ism_scaled(sum, set_count);
 #if ISM_NEAR == 6
-    if (lit) sum += ism_gather(r.p, r.n, r.ng, first, set_count);
+    if (lit) sum += ism_gather(r.p, r.n, r.ng);
 #endif
     if (inside) imageStore(glbk_ism_light_out, at, sum);
 }

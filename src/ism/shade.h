@@ -1,20 +1,20 @@
 /* ---- shade: all lights at all receivers (paper 6.2) ---- */
 
-/* Adds to out, times pi, the light of the near points of the pixel's class: every interleave^2-th of all,
-   scaled up as VPLs are. */
-static void ism__shade_near(const ism__shade_work *w, const ism__pixel *px, uint32_t class_index,
-                            float out[3], double lost[2])
+/* Adds to out, times pi, the light of all near points, also in interleaved pictures: a class of them, scaled
+   up, made white specks where a pixel has few neighbours on its surface to be blurred with. */
+static void ism__shade_near(const ism__shade_work *w, const ism__pixel *px, float out[3], double lost[2])
 {
     const ism_near_point *points = (const ism_near_point *)w->m->near_points.data;
     const float *sphere = (const float *)w->m->near_blocks.data;
-    uint32_t n = w->m->near_count, step = w->interleave * w->interleave, first;
+    uint32_t n = w->m->near_count, first;
     uint32_t i, k, list[ISM__CHUNK];
     float kernels[ISM__CHUNK], plain[ISM__CHUNK], visible[ISM__CHUNK], sum[3] = { 0.0f, 0.0f, 0.0f };
+    float part = 1.0f / (float)(w->interleave * w->interleave);    /* of all, as of VPLs, in what is lost */
     for (first = 0; first < n; first += ISM__NEAR_BLOCK, sphere += 4) {
         ism__v3 d = ism__v3_sub(ism__v3_load(sphere), px->p);
         uint32_t end = n - first < ISM__NEAR_BLOCK ? n : first + ISM__NEAR_BLOCK, used = 0;
         if (!(ism__v3_dot(d, d) < sphere[3] * sphere[3])) continue;
-        for (i = first + class_index; i < end; i += step) {
+        for (i = first; i < end; i++) {
             float p = 0.0f, kernel = ism__near_kernel(&points[i], px, &p);
             if (!(kernel > 0.0f)) continue;
             kernels[used] = kernel;
@@ -24,13 +24,13 @@ static void ism__shade_near(const ism__shade_work *w, const ism__pixel *px, uint
         if (used) ism__near_visibilities(w, px, list, used, visible);
         for (i = 0; i < used; i++) {
             const float *flux = points[list[i]].flux;
-            float c = kernels[i] * visible[i], l = ism__luminance(flux) * visible[i];
+            float c = kernels[i] * visible[i], l = ism__luminance(flux) * visible[i] * part;
             for (k = 0; k < 3u; k++) sum[k] += c * flux[k];
             if (plain[i] > kernels[i]) lost[0] += (double)((plain[i] - kernels[i]) * l);
             lost[1] += (double)((plain[i] > kernels[i] ? plain[i] : kernels[i]) * l);
         }
     }
-    for (k = 0; k < 3u; k++) out[k] += sum[k] * (float)step;
+    for (k = 0; k < 3u; k++) out[k] += sum[k];
 }
 
 /* Writes the irradiance of one pixel by the VPLs of its class, times the number of classes, so that the mean
@@ -72,7 +72,7 @@ static void ism__shade_pixel(const ism__shade_work *w, const ism__pixel *px, uin
     }
     for (k = 0; k < 3u; k++) sum[k] *= (float)(w->interleave * w->interleave);
 #ifndef ISM_WITHOUT_NEAR_POINTS
-    if (w->s.near_mode == ISM_NEAR_GATHER) ism__shade_near(w, px, class_index, sum, lost);
+    if (w->s.near_mode == ISM_NEAR_GATHER) ism__shade_near(w, px, sum, lost);
 #endif
     for (k = 0; k < 3u; k++) out[k] = sum[k] * (1.0f / ISM__PI);
 }

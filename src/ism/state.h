@@ -18,8 +18,7 @@
 #define ISM__BLOCK 16u              /* pixels a side of what one task shades */
 #define ISM__CHUNK 64u              /* VPLs whose form factors are computed together */
 #define ISM__BATCHES 16u            /* calls of progress in a stage */
-#define ISM__NEAR_BLOCK 64u         /* near points that lie together: a whole number of each interleave's
-                                       classes */
+#define ISM__NEAR_BLOCK 64u         /* near points that lie together */
 #define ISM__STEPS 64u              /* the square's side has so many steps, at which windows begin and end */
 #define ISM__SLACK 2u               /* a window stays where it was if it reaches no more steps than this
                                        farther out than it must */

@@ -107,6 +107,50 @@ static void light_in_a_corner_is_near_the_truth(void **state)
     }
 }
 
+/* A pixel that is alone on its surface has one class of 16 of the VPLs, but all near points: 3 cm above the floor,
+   where these give nearly all light, it is nearly as bright by each of the 16 classes as by all. With a class of the
+   near points as well the 16 differed by 0.29 of the light, and the largest were white specks. */
+static void a_pixel_alone_has_all_near_points(void **state)
+{
+    float places[3 * 16], normals[3 * 16], light[3 * 16];
+    double square = 0, whole = 0;
+    ism_points view, one;
+    ism_source s;
+    ism_desc d;
+    ism_maps *m;
+    size_t i, k;
+    (void)state;
+    make_corner(&s, &view);
+    memset(&d, 0, sizeof d);
+    d.vpl_count = 256;
+    m = choose(&d, &s, 1, &view);
+    memset(&one, 0, sizeof one);
+    one.count = 16;
+    one.width = 4;
+    one.positions = places;
+    one.normals = normals;
+    for (k = 0; k < 17; k++) {
+        ism_shading shading = { 0 };
+        const size_t at = k < 16 ? k : 0;
+        memset(normals, 0, sizeof normals);
+        for (i = 0; i < 16; i++) {
+            places[3 * i] = 0.3f;
+            places[3 * i + 1] = 0.03f;
+            places[3 * i + 2] = 0;
+        }
+        normals[3 * at + 2] = 1;
+        shading.no_maps = 1;
+        shading.interleave = k < 16 ? 4 : 1;
+        assert_int_equal(ism_shade(m, &one, &shading, light, NULL), ISM_OK);
+        if (k < 16) square += (double)light[3 * at] * (double)light[3 * at] / 16;
+        if (k < 16) whole += (double)light[3 * at] / 16;
+        else assert_true(fabs(whole / (double)light[0] - 1) < 1e-5);       /* the mean of the classes */
+    }
+    printf("classes differ by %.3f of the light\n", sqrt(fmax(square / (whole * whole) - 1, 0)));
+    assert_true(sqrt(fmax(square / (whole * whole) - 1, 0)) < 0.1);
+    ism_free(m);
+}
+
 /* By flux alone all VPLs are equal, and so are all near points, with equal sums. */
 static void no_flux_is_lost(void **state)
 {
@@ -441,6 +485,7 @@ static void any_order_of_tasks_gives_the_same_bytes(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_pixel_alone_has_all_near_points),
         cmocka_unit_test(light_in_a_corner_is_near_the_truth), cmocka_unit_test(no_flux_is_lost),
         cmocka_unit_test(vpls_and_near_points_sum_to_the_formula),
         cmocka_unit_test(a_near_point_belongs_to_its_nearest_vpl),
