@@ -459,7 +459,7 @@ typedef struct glbk_ism_choice {        /* what glbk_ism_choose needs; read only
     glbk_ism_sheet windows[2];          /* of tiles, 256 a row, in this frame and the one before */
     uint32_t       near_point_count;    /* near points that are drawn; 0 = none */
     glbk_ism_sheet near_points;         /* as they are drawn, 256 a row, like VPLs */
-    glbk_ism_sheet near[2];             /* edges, reaches, VPLs, places on a curve; which one is when */
+    glbk_ism_sheet near_sheets[2];      /* edges, reaches, VPLs, places on a curve; which one is when */
     uint32_t       turn;                /* frames that had windows; 0 = none yet. Odd: windows[1] is newer */
     glbk_buffer    block;               /* the uniform block */
     glbk_program   programs[13];        /* draw importances, running sums, VPLs and the table; effects, and
@@ -4959,8 +4959,8 @@ static void glbk__ism_make_near(glbk__ism_making *k, const glbk_ism_maps *m, glb
     if (!count || vpls <= 8 || glbk__ism_vpl_texels(m) + glbk__ism_spheres(m) + 3 * count > 1 << 20) return;
     c->near_point_count = count;
     glbk__ism_make_stack(k, GLBK__ISM_ROW, rows, 3, &c->near_points);
-    glbk__ism_make_sheet(k, GLBK_FORMAT_RGBA32UI, GLBK__ISM_ROW, rows, &c->near[0]);
-    glbk__ism_make_sheet(k, GLBK_FORMAT_R32UI, GLBK__ISM_ROW, rows, &c->near[1]);
+    glbk__ism_make_sheet(k, GLBK_FORMAT_RGBA32UI, GLBK__ISM_ROW, rows, &c->near_sheets[0]);
+    glbk__ism_make_sheet(k, GLBK_FORMAT_R32UI, GLBK__ISM_ROW, rows, &c->near_sheets[1]);
     glbk__ism_make_passes(k, "ism_near.frag\0ism_near_sort.frag\0ism_near_table.frag\0",
                           &c->programs[GLBK__ISM_NEAR]);
 }
@@ -5181,7 +5181,7 @@ GLBK_DEF void glbk_ism_choice_free(glbk_context *ctx, glbk_ism_choice *c)
     glbk__ism_free_sheets(ctx, c->sights, 2);
     glbk__ism_free_sheets(ctx, c->windows, 2);
     glbk__ism_free_sheets(ctx, &c->near_points, 1);
-    glbk__ism_free_sheets(ctx, c->near, 2);
+    glbk__ism_free_sheets(ctx, c->near_sheets, 2);
     glbk_target_free(ctx, &c->table_target);
     glbk_buffer_free(ctx, &c->block);
     memset(c, 0, sizeof *c);
@@ -5199,13 +5199,13 @@ static glbk_result glbk__ism_near_pass(glbk_context *ctx, glbk_ism_choice *c, co
     if (result != GLBK_OK) return result;
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_near, &c->near_points.texture);
     if (program == GLBK__ISM_NEAR) glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_drawn, &c->drawn.texture);
-    else glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_near_facts, &c->near[0].texture);
+    else glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_near_facts, &c->near_sheets[0].texture);
     if (program == GLBK__ISM_NEAR_SORT) {
         ctx->gl.DrawArrays(GLBK_GL_POINTS, 0, (int32_t)c->near_point_count);
         return GLBK_OK;
     }
     if (program == GLBK__ISM_NEAR_TABLE)
-        glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_near_order, &c->near[1].texture);
+        glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_near_order, &c->near_sheets[1].texture);
     glbk_draw_screen(ctx);
     return GLBK_OK;
 }
@@ -5225,7 +5225,7 @@ static glbk_result glbk__ism_draw_near(glbk_context *ctx, glbk_ism_choice *c, co
     result = glbk__ism_draw_samples(ctx, c, &c->near_points.target, texels, &b);
     b.vpl_count = vpls;
     for (k = 0; k < 3 && result == GLBK_OK; k++)
-        result = glbk__ism_near_pass(ctx, c, k < 2 ? &c->near[k].target : &c->table_target,
+        result = glbk__ism_near_pass(ctx, c, k < 2 ? &c->near_sheets[k].target : &c->table_target,
                                      GLBK__ISM_NEAR + k, &b);
     return result;
 }

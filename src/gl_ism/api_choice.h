@@ -34,7 +34,7 @@ typedef struct glbk_ism_choice {        /* what glbk_ism_choose needs; read only
     glbk_ism_sheet windows[2];          /* of tiles, 256 a row, in this frame and the one before */
     uint32_t       near_point_count;    /* near points that are drawn; 0 = none */
     glbk_ism_sheet near_points;         /* as they are drawn, 256 a row, like VPLs */
-    glbk_ism_sheet near[2];             /* edges, reaches, VPLs, places on a curve; which one is when */
+    glbk_ism_sheet near_sheets[2];      /* edges, reaches, VPLs, places on a curve; which one is when */
     uint32_t       turn;                /* frames that had windows; 0 = none yet. Odd: windows[1] is newer */
     glbk_buffer    block;               /* the uniform block */
     glbk_program   programs[13];        /* draw importances, running sums, VPLs and the table; effects, and

@@ -166,8 +166,8 @@ static void glbk__ism_make_near(glbk__ism_making *k, const glbk_ism_maps *m, glb
     if (!count || vpls <= 8 || glbk__ism_vpl_texels(m) + glbk__ism_spheres(m) + 3 * count > 1 << 20) return;
     c->near_point_count = count;
     glbk__ism_make_stack(k, GLBK__ISM_ROW, rows, 3, &c->near_points);
-    glbk__ism_make_sheet(k, GLBK_FORMAT_RGBA32UI, GLBK__ISM_ROW, rows, &c->near[0]);
-    glbk__ism_make_sheet(k, GLBK_FORMAT_R32UI, GLBK__ISM_ROW, rows, &c->near[1]);
+    glbk__ism_make_sheet(k, GLBK_FORMAT_RGBA32UI, GLBK__ISM_ROW, rows, &c->near_sheets[0]);
+    glbk__ism_make_sheet(k, GLBK_FORMAT_R32UI, GLBK__ISM_ROW, rows, &c->near_sheets[1]);
     glbk__ism_make_passes(k, "ism_near.frag\0ism_near_sort.frag\0ism_near_table.frag\0",
                           &c->programs[GLBK__ISM_NEAR]);
 }
@@ -388,7 +388,7 @@ GLBK_DEF void glbk_ism_choice_free(glbk_context *ctx, glbk_ism_choice *c)
     glbk__ism_free_sheets(ctx, c->sights, 2);
     glbk__ism_free_sheets(ctx, c->windows, 2);
     glbk__ism_free_sheets(ctx, &c->near_points, 1);
-    glbk__ism_free_sheets(ctx, c->near, 2);
+    glbk__ism_free_sheets(ctx, c->near_sheets, 2);
     glbk_target_free(ctx, &c->table_target);
     glbk_buffer_free(ctx, &c->block);
     memset(c, 0, sizeof *c);

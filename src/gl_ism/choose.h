@@ -8,13 +8,13 @@ static glbk_result glbk__ism_near_pass(glbk_context *ctx, glbk_ism_choice *c, co
     if (result != GLBK_OK) return result;
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_near, &c->near_points.texture);
     if (program == GLBK__ISM_NEAR) glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_drawn, &c->drawn.texture);
-    else glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_near_facts, &c->near[0].texture);
+    else glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_near_facts, &c->near_sheets[0].texture);
     if (program == GLBK__ISM_NEAR_SORT) {
         ctx->gl.DrawArrays(GLBK_GL_POINTS, 0, (int32_t)c->near_point_count);
         return GLBK_OK;
     }
     if (program == GLBK__ISM_NEAR_TABLE)
-        glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_near_order, &c->near[1].texture);
+        glbk_bind_texture(ctx, GLBK_SLOT_glbk_ism_near_order, &c->near_sheets[1].texture);
     glbk_draw_screen(ctx);
     return GLBK_OK;
 }
@@ -34,7 +34,7 @@ static glbk_result glbk__ism_draw_near(glbk_context *ctx, glbk_ism_choice *c, co
     result = glbk__ism_draw_samples(ctx, c, &c->near_points.target, texels, &b);
     b.vpl_count = vpls;
     for (k = 0; k < 3 && result == GLBK_OK; k++)
-        result = glbk__ism_near_pass(ctx, c, k < 2 ? &c->near[k].target : &c->table_target,
+        result = glbk__ism_near_pass(ctx, c, k < 2 ? &c->near_sheets[k].target : &c->table_target,
                                      GLBK__ISM_NEAR + k, &b);
     return result;
 }
