@@ -1764,16 +1764,6 @@ static inline int cohsm__cancelled(const cohsm__part *p, size_t i, size_t count,
     return p->progress && i % every == 0 && cohsm__part_tell(p, (float)((double)i / (double)count)) != 0;
 }
 
-/* ==== src/shared/prefetch.h ==== */
-
-/* unit prefetch: asks for a cache line before it is read */
-
-#if defined(__GNUC__) && !defined(__TINYC__)
-#define COHSM__PREFETCH(p) __builtin_prefetch(p)
-#else
-#define COHSM__PREFETCH(p) ((void)(p))
-#endif
-
 /* ==== src/shared/message.h ==== */
 
 /* unit message: one line for the caller's log that says why a call failed */
@@ -9109,15 +9099,37 @@ static cohsm__range *cohsm__range_of(cohsm_builder *b, uint32_t pixel)
     return &b->ranges[lo];
 }
 
-/* Takes one segment, of pixel p of the shard. Returns COHSM_ERR_INPUT if it does not follow the last one. */
-static cohsm_result cohsm__take_segment(cohsm_builder *b, const cohsm_segment *s, uint32_t p)
+/* The segments that are taken, and the number of the one whose turn it is. */
+typedef struct cohsm__taking {
+    const cohsm_segment *segments;
+    size_t               at;
+    const cohsm__logger *log;
+} cohsm__taking;
+
+static cohsm_result cohsm__refuse_segment(const cohsm__taking *take, const char *what, uint32_t value,
+                                          const char *wanted)
 {
+    cohsm__log_element(take->log, "segments", take->at, what, (double)value, wanted);
+    return COHSM_ERR_INPUT;
+}
+
+/* Takes one segment, of pixel p of the shard. Returns COHSM_ERR_INPUT if it does not follow the last one. */
+static cohsm_result cohsm__take_segment(cohsm_builder *b, const cohsm__taking *take, uint32_t p)
+{
+    const cohsm_segment *s = &take->segments[take->at];
     const uint32_t first = s->first & (COHSM__CHUNK - 1u), exact = s->value & 65536u;
     const uint32_t lo = s->value & 255u, hi = s->value >> 8 & 255u;
     cohsm__range *r = cohsm__range_of(b, p);
 
-    if (s->value > 131071u || (!exact && (lo > hi || hi > b->grid.top))) return COHSM_ERR_INPUT;
-    if (b->span[p] < 0 ? first != 0 : (int64_t)first <= b->span[p]) return COHSM_ERR_INPUT;
+    if (s->value > 131071u || (!exact && (lo > hi || hi > b->grid.top)))
+        return cohsm__refuse_segment(take, "has the value", s->value,
+                                     "lo | hi << 8 with lo <= hi < 2^depth_bits, or a depth | 1 << 16");
+    if (b->span[p] < 0 && first)
+        return cohsm__refuse_segment(take, "has the first view", s->first,
+                                     "a multiple of 65536, as the first of its pixel");
+    if ((int64_t)first <= b->span[p])
+        return cohsm__refuse_segment(take, "has the first view", s->first,
+                                     "above that of the segment before it of its pixel");
     if (!cohsm__page_ready(b, r, 1)) {
         if (cohsm__take_spares(b) != COHSM_OK) return COHSM_ERR_ALLOC;
         cohsm__page_ready(b, r, 1);
@@ -9129,37 +9141,43 @@ static cohsm_result cohsm__take_segment(cohsm_builder *b, const cohsm_segment *s
     return COHSM_OK;
 }
 
+/* Checks what can be told without the other segments of the pixel. */
+static cohsm_result cohsm__check_segment(const cohsm_builder *b, const cohsm__taking *take, uint32_t chunk)
+{
+    const cohsm_segment *s = &take->segments[take->at];
+    if (s->pixel >= b->head.map_side * b->head.map_side)
+        return cohsm__refuse_segment(take, "has the pixel", s->pixel, "below map_side^2");
+    if (s->first >= b->head.view_count)
+        return cohsm__refuse_segment(take, "has the first view", s->first, "below the number of views");
+    if (s->first >> COHSM__CHUNK_BITS < chunk)
+        return cohsm__refuse_segment(take, "has the first view", s->first,
+                                     "at or above the multiple of 65536 that others have reached");
+    return COHSM_OK;
+}
+
 /* Takes all segments in their order, and writes the lists of each chunk when the next one begins. */
-static cohsm_result cohsm__take_segments(cohsm_builder *b, const cohsm_segment *segments, size_t count,
-                                         const cohsm__logger *log)
+static cohsm_result cohsm__take_segments(cohsm_builder *b, cohsm__taking *take, size_t count)
 {
     uint32_t chunk = 0;
-    cohsm_result result = COHSM_OK;
-    size_t i;
+    cohsm_result result;
 
     cohsm__await_segments(b);
-    for (i = 0; i < count && result == COHSM_OK; i++) {
-        const cohsm_segment *s = &segments[i];
+    for (take->at = 0; take->at < count; take->at++) {
+        const cohsm_segment *s = &take->segments[take->at];
         const uint32_t p = s->pixel - b->desc.pixel_begin;
-        if (s->pixel >= b->head.map_side * b->head.map_side || s->first >= b->head.view_count ||
-            s->first >> COHSM__CHUNK_BITS < chunk)
-            result = COHSM_ERR_INPUT;
-        else if (s->first >> COHSM__CHUNK_BITS > chunk) {
-            result = cohsm__end_segments(b, ++chunk << COHSM__CHUNK_BITS, log);
-            if (result != COHSM_OK) return result;
-            i--;                        /* it may begin a later chunk, too */
-            continue;
-        }
-        if (result == COHSM_OK && p < b->range_pixels) result = cohsm__take_segment(b, s, p);
-        if (result == COHSM_ERR_INPUT)
-            cohsm__log_element_text(log, "segments", i, "is out of order, or of range");
+        result = cohsm__check_segment(b, take, chunk);
+        while (result == COHSM_OK && s->first >> COHSM__CHUNK_BITS > chunk)
+            result = cohsm__end_segments(b, ++chunk << COHSM__CHUNK_BITS, take->log);
+        if (result == COHSM_OK && p < b->range_pixels) result = cohsm__take_segment(b, take, p);
+        if (result != COHSM_OK) return result;
     }
-    return result == COHSM_OK ? cohsm__end_segments(b, b->head.view_count, log) : result;
+    return cohsm__end_segments(b, b->head.view_count, take->log);
 }
 
 COHSM_DEF cohsm_result cohsm_builder_import(cohsm_builder *b, const cohsm_segment *segments, size_t count)
 {
     cohsm__logger log;
+    cohsm__taking take;
     cohsm_result result;
 
     if (!b) return COHSM_ERR_ARGUMENT;
@@ -9167,7 +9185,9 @@ COHSM_DEF cohsm_result cohsm_builder_import(cohsm_builder *b, const cohsm_segmen
     if (!segments) return cohsm__refuse(&log, COHSM_ERR_ARGUMENT, "segments", "is NULL");
     if (b->finished || b->next_view || b->batch_count)
         return cohsm__refuse(&log, COHSM_ERR_ORDER, "the builder", "has views, or has ended");
-    result = cohsm__take_segments(b, segments, count, &log);
+    take.segments = segments;
+    take.log = &log;
+    result = cohsm__take_segments(b, &take, count);
     if (result == COHSM_OK) b->batch_begin = b->head.view_count;
     else b->finished = 1;
     return cohsm__log_result(&log, result);
@@ -12203,13 +12223,16 @@ struct cohsm_stream {
     cohsm__object    *objects;          /* one more than there are: there the ring begins and ends. Its
                                            `newer` is the object that was used least recently */
     cohsm_stream_stats info;
+    size_t            unheld;           /* bytes that the objects of the ring take of info.bytes */
     cohsm_maps        shell;            /* maps without a block, of the object that is looked at */
 };
 
-static void cohsm__ring_leave(cohsm__object *objects, uint32_t i)
+static void cohsm__ring_leave(cohsm_stream *s, uint32_t i)
 {
-    objects[objects[i].older].newer = objects[i].newer;
-    objects[objects[i].newer].older = objects[i].older;
+    const cohsm__object *o = &s->objects[i];
+    s->objects[o->older].newer = o->newer;
+    s->objects[o->newer].older = o->older;
+    s->unheld -= o->bytes;
 }
 
 static void cohsm__ring_enter(cohsm_stream *s, uint32_t i)
@@ -12219,6 +12242,7 @@ static void cohsm__ring_enter(cohsm_stream *s, uint32_t i)
     s->objects[i].newer = end;
     s->objects[last].newer = i;
     s->objects[end].older = i;
+    s->unheld += s->objects[i].bytes;
 }
 
 static void cohsm__unload(const cohsm_stream *s, uint32_t i, const void *data, size_t bytes)
@@ -12243,14 +12267,11 @@ static int cohsm__make_room(cohsm_stream *s, uint64_t bytes)
 {
     const uint32_t end = s->desc.object_count;
     const size_t budget = s->desc.budget_bytes;
-    size_t held = s->info.bytes;
-    uint32_t i;
 
-    for (i = s->objects[end].newer; i != end; i = s->objects[i].newer) held -= s->objects[i].bytes;
-    if (bytes > budget || held > budget - (size_t)bytes) return 0;
+    if (bytes > budget || s->info.bytes - s->unheld > budget - (size_t)bytes) return 0;
     while (s->info.bytes > budget - (size_t)bytes) {
-        i = s->objects[end].newer;
-        cohsm__ring_leave(s->objects, i);
+        const uint32_t i = s->objects[end].newer;
+        cohsm__ring_leave(s, i);
         cohsm__object_leave(s, i);
         s->info.evictions++;
     }
@@ -12340,7 +12361,7 @@ static cohsm_result cohsm__object_hold(cohsm_stream *s, uint32_t i, const cohsm_
 
     if (o->maps) {
         s->info.hits++;
-        if (!o->holds) cohsm__ring_leave(s->objects, i);
+        if (!o->holds) cohsm__ring_leave(s, i);
     } else {
         result = cohsm__object_load(s, i, log);
         if (result != COHSM_OK) return result;

@@ -1122,7 +1122,7 @@ static inline double lsamp__cdf2_total(const lsamp__cdf2 *cdf) { return cdf->row
 
 /* ==== src/shared/prefetch.h ==== */
 
-/* unit prefetch: asks for a cache line before it is read */
+/* unit prefetch: asks for a cache line before it is read, in headers without unit hot, which does so, too */
 
 #if defined(__GNUC__) && !defined(__TINYC__)
 #define LSAMP__PREFETCH(p) __builtin_prefetch(p)

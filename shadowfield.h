@@ -1736,7 +1736,7 @@ static inline int sfield__cancelled(const sfield__part *p, size_t i, size_t coun
 
 /* ==== src/shared/prefetch.h ==== */
 
-/* unit prefetch: asks for a cache line before it is read */
+/* unit prefetch: asks for a cache line before it is read, in headers without unit hot, which does so, too */
 
 #if defined(__GNUC__) && !defined(__TINYC__)
 #define SFIELD__PREFETCH(p) __builtin_prefetch(p)

@@ -16,13 +16,16 @@ struct cohsm_stream {
     cohsm__object    *objects;          /* one more than there are: there the ring begins and ends. Its
                                            `newer` is the object that was used least recently */
     cohsm_stream_stats info;
+    size_t            unheld;           /* bytes that the objects of the ring take of info.bytes */
     cohsm_maps        shell;            /* maps without a block, of the object that is looked at */
 };
 
-static void cohsm__ring_leave(cohsm__object *objects, uint32_t i)
+static void cohsm__ring_leave(cohsm_stream *s, uint32_t i)
 {
-    objects[objects[i].older].newer = objects[i].newer;
-    objects[objects[i].newer].older = objects[i].older;
+    const cohsm__object *o = &s->objects[i];
+    s->objects[o->older].newer = o->newer;
+    s->objects[o->newer].older = o->older;
+    s->unheld -= o->bytes;
 }
 
 static void cohsm__ring_enter(cohsm_stream *s, uint32_t i)
@@ -32,6 +35,7 @@ static void cohsm__ring_enter(cohsm_stream *s, uint32_t i)
     s->objects[i].newer = end;
     s->objects[last].newer = i;
     s->objects[end].older = i;
+    s->unheld += s->objects[i].bytes;
 }
 
 static void cohsm__unload(const cohsm_stream *s, uint32_t i, const void *data, size_t bytes)
@@ -56,14 +60,11 @@ static int cohsm__make_room(cohsm_stream *s, uint64_t bytes)
 {
     const uint32_t end = s->desc.object_count;
     const size_t budget = s->desc.budget_bytes;
-    size_t held = s->info.bytes;
-    uint32_t i;
 
-    for (i = s->objects[end].newer; i != end; i = s->objects[i].newer) held -= s->objects[i].bytes;
-    if (bytes > budget || held > budget - (size_t)bytes) return 0;
+    if (bytes > budget || s->info.bytes - s->unheld > budget - (size_t)bytes) return 0;
     while (s->info.bytes > budget - (size_t)bytes) {
-        i = s->objects[end].newer;
-        cohsm__ring_leave(s->objects, i);
+        const uint32_t i = s->objects[end].newer;
+        cohsm__ring_leave(s, i);
         cohsm__object_leave(s, i);
         s->info.evictions++;
     }
@@ -153,7 +154,7 @@ static cohsm_result cohsm__object_hold(cohsm_stream *s, uint32_t i, const cohsm_
 
     if (o->maps) {
         s->info.hits++;
-        if (!o->holds) cohsm__ring_leave(s->objects, i);
+        if (!o->holds) cohsm__ring_leave(s, i);
     } else {
         result = cohsm__object_load(s, i, log);
         if (result != COHSM_OK) return result;
