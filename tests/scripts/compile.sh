@@ -5,10 +5,11 @@
 # a function, so that a missing implementation does not link. Every header has PREFIX_result_text.
 # In each compiler's second standard files are read and not translated: what an optimiser or a linker finds does not
 # depend on the standard. gcc finds some faults as it optimises, clang none: it optimises C alone, and without intrinsics
-# nothing; C++ is optimised by gcc as far as these faults need. g++ and clang read static copies and implementations in
-# the middle, which gcc links: clang warns of all it knows as it reads, where gcc finds what is never called in the end
-# alone, and that the parts link is a matter of the text. gcc translates by -O1 what is static: by -O0 it keeps what nothing
-# calls. An implementation that several programs link is compiled once.
+# nothing; C++ is optimised by gcc as far as these faults need. g++ and clang read implementations in the middle, which gcc
+# links, and clang reads static copies, which gcc and g++ link: it warns of all it knows as it reads, where gcc finds what
+# is never called in the end alone. What is static is translated by -O1: by -O0 gcc keeps what nothing calls. tcc, which
+# warns of other things, such as a macro that is defined twice, translates each header alone. An implementation that
+# several programs link is compiled once.
 # As many builds run side by side as there are processors: a list of jobs, each a line "KIND|COMPILER|LANGUAGE|STANDARD|
 # FLAGS|WHAT|OUTPUT|FILES|OBJECTS"; programs with objects come after what compiles these.
 warn='-pedantic -Wall -Wextra -Wshadow -Wconversion -Wsign-conversion -Wdouble-promotion -Wundef -Wcast-qual -Wvla'
@@ -107,7 +108,7 @@ line() { printf '%s|%s|%s|%s|%s|%s|%s|%s|%s\n' "$@"; }
 first() {
     at=$dir/$1
     mkdir -p "$at/gl_backend"
-    case $1 in gcc) whole=program ;; *) whole=read ;; esac
+    case $1 in gcc) whole=program private=program ;; g++) whole=read private=program ;; *) whole=read private=read ;; esac
     line program "$1" "$2" "$3" -O0 'all in one file' "$at/all" "$dir/all.one" '' >> "$dir/jobs"
     for h in $names; do
         off="-DNDEBUG -D$(macro "$(prefix "$h")")_NO_SIMD" with= without=
@@ -115,14 +116,14 @@ first() {
         {
             line object "$1" "$2" "$3" "$4" "$h alone" "$at/$h.o" "$dir/$h.impl" ''
             line object "$1" "$2" "$3" "$5 $off" "$h alone, NDEBUG, no intrinsics" "$at/$h.off.o" "$dir/$h.impl" ''
-            line $whole "$1" "$2" "$3" -O1 "$h static" "$at/$h.static" "$dir/$h.static" ''
+            line $private "$1" "$2" "$3" -O1 "$h static" "$at/$h.static" "$dir/$h.static" ''
             line $whole "$1" "$2" "$3" -O0 "$h implementation in the middle" "$at/$h.middle" "$dir/$h.middle" ''
             line read "$1" "$2" "$3" '' "$h after windows.h and Xlib.h" '' "$dir/$h.windows" ''
         } >> "$dir/jobs"
         {
             line program "$1" "$2" "$3" '' "$h alone" "$at/$h.use" "$dir/$h.use" "$with"
             line program "$1" "$2" "$3" "$off" "$h alone, NDEBUG, no intrinsics" "$at/$h.off" "$dir/$h.use" "$without"
-            [ $whole = read ] || line program "$1" "$2" "$3" -O1 "$h beside a static copy without intrinsics" "$at/$h.both" \
+            [ $private = read ] || line program "$1" "$2" "$3" -O1 "$h beside a static copy without intrinsics" "$at/$h.both" \
                 "$dir/$h.other $dir/$h.both" "$with"
         } >> "$dir/links"
     done
@@ -155,6 +156,10 @@ have() {
 : > "$dir/counts"
 if have g++; then first g++ c++ c++11 -O1 -O0; second g++ c++ c++20; fi
 if have gcc; then first gcc c c99 -O2 -O1; second gcc c c11; refusals gcc; fi
+if have tcc; then
+    mkdir -p "$dir/tcc/gl_backend"
+    for h in $names; do line object tcc c c99 '' "$h alone" "$dir/tcc/$h.o" "$dir/$h.impl" ''; done >> "$dir/jobs"
+fi
 if have clang; then first clang c c99 -O2 -O0; second clang c c11; refusals clang; fi
 if have clang++; then first clang++ c++ c++11 -O0 -O0; second clang++ c++ c++20; fi
 for list in jobs links; do xargs -d '\n' -n 1 -P "$(nproc 2>/dev/null || echo 1)" sh "$0" --job < "$dir/$list"; done
