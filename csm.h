@@ -2352,7 +2352,7 @@ static void cohsm__order_cells(uint32_t *cells, const uint32_t *side, cohsm_orde
 
 /* ==== src/csm/domain.h ==== */
 
-/* ---- domain: D, cells, and axes of their maps ---- */
+/* ---- domain: D (the mapping from parameters to rays), cells, and axes of their maps ---- */
 
 static uint32_t cohsm__dimensions(cohsm_domain_kind kind, const uint32_t *side)
 {
@@ -3896,8 +3896,8 @@ static uint32_t cohsm__grid_above(uint32_t d, uint32_t grid) { return (d * grid 
 static uint32_t cohsm__grid_below(uint32_t d, uint32_t grid) { return ((d + 1u) * grid - 1u) / 65535u; }
 
 /* Ends the open segment of a pixel. With flag 0 its depth is a grid value within lo..hi. A depth right before
-   the second layer would let that layer be lit under a bias of one pixel, so the depth stays two pixels away
-   from that layer if more than four are left for the first. */
+   the second layer would let that layer be lit under a bias of one pixel, so the depth stays up to two pixels
+   away from that layer, as long as four are left behind the first. */
 static void cohsm__close_segment(cohsm_builder *b, cohsm__range *r, uint32_t pixel, uint32_t flag,
                                  uint32_t lo, uint32_t hi)
 {
@@ -5311,7 +5311,7 @@ COHSM_DEF cohsm_result cohsm_builder_finish(cohsm_builder *b, cohsm_maps **out, 
 
 /* ==== src/csm/facts.h ==== */
 
-/* ---- facts ---- */
+/* ---- facts: what maps say about themselves ---- */
 
 COHSM_DEF const char *cohsm_result_text(cohsm_result result)
 {
@@ -5408,7 +5408,7 @@ COHSM_DEF cohsm_result cohsm_depths(const cohsm_maps *m, uint32_t view, uint16_t
 
 /* ==== src/csm/query.h ==== */
 
-/* ---- query ---- */
+/* ---- query: which pixel of which map answers, and what it says ---- */
 
 /* Samples are treated in tiles: first the map, the pixel and the depth of every sample are found; then the
    stored depths are searched in steps that each prefetch what the next step reads, so that cache misses
@@ -8716,8 +8716,8 @@ static cohsm__narrowing cohsm__narrowing_of(const cohsm_builder *b)
     return n;
 }
 
-/* Adds a view to the segments of a range of pixels. Eight segments of nine or more go on, so kernels narrow
-   these together, some hundred pixels at a time, and list the pixels that are left: those whose segment ends,
+/* Adds a view to the segments of a range of pixels. Of nine open segments eight or more go on: kernels narrow
+   them together, some hundred pixels at a time, and list the pixels that are left: those whose segment ends,
    and the last few. Kernels take two layers, and read both as one word, the first layer in its low half.
    Returns 0 if it stopped before r->next_pixel for want of a page. */
 static int cohsm__compress_view(cohsm_builder *b, cohsm__range *r, const cohsm__kernels *kernels,
@@ -8780,7 +8780,7 @@ static cohsm_result cohsm__compress_batch(cohsm_builder *b)
 
 /* ==== src/csm/builder_views.h ==== */
 
-/* ---- builder: public ---- */
+/* ---- builder: made of a desc, given views one by one, and finished ---- */
 
 COHSM_DEF void cohsm_builder_free(cohsm_builder *b)
 {
@@ -10756,7 +10756,7 @@ COHSM_DEF cohsm_result cohsm_verify(const cohsm_maps *maps, const cohsm_system *
 
 /* ==== src/csm/shards.h ==== */
 
-/* ---- shards ---- */
+/* ---- shards: parts of one build, by ranges of pixels, put together ---- */
 
 /* Says whether two shards are of one build: they then differ in their pixels, lengths and counts only. */
 static int cohsm__same_build(const cohsm_maps *a, const cohsm_maps *b)
@@ -11642,7 +11642,7 @@ static void cohsm__look_around(cohsm__packer *p, const cohsm__header *h, uint32_
 
 /* ==== src/csm/pack.h ==== */
 
-/* ---- pack: files ---- */
+/* ---- pack: maps to packed files, and back ---- */
 
 /* Codes all lists of a block. The decoder writes the lists and the lookup into out, which is words with its
    header. Returns COHSM_ERR_FORMAT if no builder wrote this, or if there is no room for it. */

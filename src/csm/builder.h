@@ -74,8 +74,8 @@ static uint32_t cohsm__grid_above(uint32_t d, uint32_t grid) { return (d * grid 
 static uint32_t cohsm__grid_below(uint32_t d, uint32_t grid) { return ((d + 1u) * grid - 1u) / 65535u; }
 
 /* Ends the open segment of a pixel. With flag 0 its depth is a grid value within lo..hi. A depth right before
-   the second layer would let that layer be lit under a bias of one pixel, so the depth stays two pixels away
-   from that layer if more than four are left for the first. */
+   the second layer would let that layer be lit under a bias of one pixel, so the depth stays up to two pixels
+   away from that layer, as long as four are left behind the first. */
 static void cohsm__close_segment(cohsm_builder *b, cohsm__range *r, uint32_t pixel, uint32_t flag,
                                  uint32_t lo, uint32_t hi)
 {

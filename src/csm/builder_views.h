@@ -1,4 +1,4 @@
-/* ---- builder: public ---- */
+/* ---- builder: made of a desc, given views one by one, and finished ---- */
 
 COHSM_DEF void cohsm_builder_free(cohsm_builder *b)
 {

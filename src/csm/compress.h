@@ -47,8 +47,8 @@ static cohsm__narrowing cohsm__narrowing_of(const cohsm_builder *b)
     return n;
 }
 
-/* Adds a view to the segments of a range of pixels. Eight segments of nine or more go on, so kernels narrow
-   these together, some hundred pixels at a time, and list the pixels that are left: those whose segment ends,
+/* Adds a view to the segments of a range of pixels. Of nine open segments eight or more go on: kernels narrow
+   them together, some hundred pixels at a time, and list the pixels that are left: those whose segment ends,
    and the last few. Kernels take two layers, and read both as one word, the first layer in its low half.
    Returns 0 if it stopped before r->next_pixel for want of a page. */
 static int cohsm__compress_view(cohsm_builder *b, cohsm__range *r, const cohsm__kernels *kernels,

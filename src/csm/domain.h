@@ -1,4 +1,4 @@
-/* ---- domain: D, cells, and axes of their maps ---- */
+/* ---- domain: D (the mapping from parameters to rays), cells, and axes of their maps ---- */
 
 static uint32_t cohsm__dimensions(cohsm_domain_kind kind, const uint32_t *side)
 {

@@ -1,4 +1,4 @@
-/* ---- facts ---- */
+/* ---- facts: what maps say about themselves ---- */
 
 COHSM_DEF const char *cohsm_result_text(cohsm_result result)
 {

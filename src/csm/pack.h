@@ -1,4 +1,4 @@
-/* ---- pack: files ---- */
+/* ---- pack: maps to packed files, and back ---- */
 
 /* Codes all lists of a block. The decoder writes the lists and the lookup into out, which is words with its
    header. Returns COHSM_ERR_FORMAT if no builder wrote this, or if there is no room for it. */

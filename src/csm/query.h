@@ -1,4 +1,4 @@
-/* ---- query ---- */
+/* ---- query: which pixel of which map answers, and what it says ---- */
 
 /* Samples are treated in tiles: first the map, the pixel and the depth of every sample are found; then the
    stored depths are searched in steps that each prefetch what the next step reads, so that cache misses

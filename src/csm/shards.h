@@ -1,4 +1,4 @@
-/* ---- shards ---- */
+/* ---- shards: parts of one build, by ranges of pixels, put together ---- */
 
 /* Says whether two shards are of one build: they then differ in their pixels, lengths and counts only. */
 static int cohsm__same_build(const cohsm_maps *a, const cohsm_maps *b)
