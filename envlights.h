@@ -2336,7 +2336,7 @@ static uint32_t envlt__drop_dark(const envlt__grid *g, uint32_t *label, envlt__s
 
 /* ==== src/envlights/strata.h ==== */
 
-/* ---- sun ---- */
+/* ---- sun: the spot that gets a light of its own ---- */
 
 /* Finds the sun: the connected spot about the brightest texel in which luminance is above a tenth of the
    greatest. It must be smaller than 0.03 sr (11 degrees across) and have a light's share of the energy.
@@ -2495,7 +2495,7 @@ static envlt_result envlt__check_same(const envlt_lights *l, const envlt_map *ma
 
 /* ==== src/envlights/build.h ==== */
 
-/* ---- build ---- */
+/* ---- build: a map becomes strata, and strata lights ---- */
 
 /* Labels texels by the method. A cube with fewer lights than faces goes to the structured method, since the
    others give each face a light. */

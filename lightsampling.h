@@ -1391,7 +1391,7 @@ static lsamp__logger lsamp__logger_of(const lsamp_system *s, const char *functio
 
 /* ==== src/lightsampling/mesh.h ==== */
 
-/* ---- mesh ---- */
+/* ---- mesh: corners of a mesh that emits, and its checks ---- */
 
 static const uint32_t *lsamp__corners(const lsamp_mesh *m, size_t triangle, uint32_t *scratch)
 {
@@ -1420,7 +1420,7 @@ static size_t lsamp__corner_count(const lsamp_mesh *m)
 
 static size_t lsamp__triangle_count(const lsamp_mesh *m) { return lsamp__corner_count(m) / 3; }
 
-/* Logs what a field of the mesh is, and returns the result. log may be NULL, here and below. */
+/* Logs what a field of the mesh is, and returns the result. log may be NULL. */
 static lsamp_result lsamp__mesh_refuse(const lsamp__logger *log, lsamp_result result, const char *field,
                                        const char *text)
 {
@@ -1428,7 +1428,7 @@ static lsamp_result lsamp__mesh_refuse(const lsamp__logger *log, lsamp_result re
     return result;
 }
 
-/* The same for a number of the mesh that is out of its range. */
+/* Logs that a number of the mesh is out of its range, and returns the result. log may be NULL. */
 static lsamp_result lsamp__mesh_refuse_value(const lsamp__logger *log, lsamp_result result, const char *field,
                                              size_t value, const char *wanted)
 {
@@ -1475,7 +1475,7 @@ static lsamp_result lsamp__mesh_check(const lsamp_mesh *m, const lsamp__logger *
 
 /* ==== src/lightsampling/brdf.h ==== */
 
-/* ---- brdf ---- */
+/* ---- brdf: a material at a point, evaluated and sampled ---- */
 
 typedef struct lsamp__cosine_lobe { /* scale max(0, axis . wi)^exponent */
     lsamp__v3 axis, scale;

@@ -1,4 +1,4 @@
-/* ---- build ---- */
+/* ---- build: a map becomes strata, and strata lights ---- */
 
 /* Labels texels by the method. A cube with fewer lights than faces goes to the structured method, since the
    others give each face a light. */

@@ -1,4 +1,4 @@
-/* ---- sun ---- */
+/* ---- sun: the spot that gets a light of its own ---- */
 
 /* Finds the sun: the connected spot about the brightest texel in which luminance is above a tenth of the
    greatest. It must be smaller than 0.03 sr (11 degrees across) and have a light's share of the energy.

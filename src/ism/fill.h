@@ -11,7 +11,7 @@ static uint32_t ism__quadrant(int dx, int dy)
 static uint32_t ism__sector(int dx, int dy)
 {
     int ax = dx < 0 ? -dx : dx, ay = dy < 0 ? -dy : dy;
-    if (12 * ay < 5 * ax) return dx > 0 ? 1u : 16u;                         /* tan 22.5 = 5 / 12 */
+    if (12 * ay < 5 * ax) return dx > 0 ? 1u : 16u;                         /* about tan 22.5 */
     if (12 * ax < 5 * ay) return dy > 0 ? 4u : 64u;
     return dx > 0 ? (dy > 0 ? 2u : 128u) : dy > 0 ? 8u : 32u;
 }

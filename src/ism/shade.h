@@ -1,7 +1,7 @@
 /* ---- shade: all lights at all receivers (paper 6.2) ---- */
 
-/* Adds to out, times pi, the light of all near points, also in interleaved pictures: a class of them, scaled
-   up, made white specks where a pixel has few neighbours on its surface to be blurred with. */
+/* Adds to out, times pi, the light of all near points, also in interleaved pictures: only a class, scaled up,
+   would make white specks where a pixel has few neighbours on its surface to be blurred with. */
 static void ism__shade_near(const ism__shade_work *w, const ism__pixel *px, float out[3], double lost[2])
 {
     const ism_near_point *points = (const ism_near_point *)w->m->near_points.data;
@@ -9,7 +9,7 @@ static void ism__shade_near(const ism__shade_work *w, const ism__pixel *px, floa
     uint32_t n = w->m->near_count, first;
     uint32_t i, k, list[ISM__CHUNK];
     float kernels[ISM__CHUNK], plain[ISM__CHUNK], visible[ISM__CHUNK], sum[3] = { 0.0f, 0.0f, 0.0f };
-    float part = 1.0f / (float)(w->interleave * w->interleave);    /* of all, as of VPLs, in what is lost */
+    float part = 1.0f / (float)(w->interleave * w->interleave);    /* what is lost counts as of one class */
     for (first = 0; first < n; first += ISM__NEAR_BLOCK, sphere += 4) {
         ism__v3 d = ism__v3_sub(ism__v3_load(sphere), px->p);
         uint32_t end = n - first < ISM__NEAR_BLOCK ? n : first + ISM__NEAR_BLOCK, used = 0;

@@ -1,4 +1,4 @@
-/* ---- brdf ---- */
+/* ---- brdf: a material at a point, evaluated and sampled ---- */
 
 typedef struct lsamp__cosine_lobe { /* scale max(0, axis . wi)^exponent */
     lsamp__v3 axis, scale;

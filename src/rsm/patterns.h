@@ -16,8 +16,8 @@ static inline void rsm__disc_point(float *out, float radius, float turn, float w
    Darts thrown at the disc alone would crowd at the rim (4 % too dark in T25 with 400). */
 static inline void rsm__make_poisson(uint32_t count, uint32_t seed, float *out)
 {
-    /* Pairs from the front are points of the disc, pairs from the back (27 % of the darts) those in the
-       square's corners. */
+    /* Pairs from the front are points of the disc, pairs from the back (27 % as many) those in the square's
+       corners. */
     float least = 1.5f / sqrtf((float)count);
     uint32_t found = 0, outside = 0, tries = 0;
     uint32_t dart, i;
