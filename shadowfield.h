@@ -3317,8 +3317,8 @@ static int sfield__add_to_crc(uint32_t *crc, const uint8_t *bytes, size_t size, 
     return 1;
 }
 
-/* Computes the checksum of a file's bytes without its header; the header comes first, from its fifth word on.
-   Returns 0 if the caller cancels. */
+/* Computes the checksum of a field's bytes as a file has them, from the word after the checksum itself to the
+   end. Returns 0 if the caller cancels. */
 static int sfield__checksum(const sfield_field *f, const sfield__part *part, uint32_t *crc)
 {
     const size_t total = f->word_count - 4, sampled = f->h.bytes - 4 * f->word_count;
@@ -7602,7 +7602,7 @@ static SFIELD__IN_VIEW sfield__lanes3 sfield__lanes3_add(sfield__lanes3 a, sfiel
     return a;
 }
 
-/* Rounds down floats from 0 to 2^31; up: does so upwards. */
+/* Rounds floats from 0 to 2^31 down; sfield__lanes_up rounds them up. */
 static SFIELD__IN_VIEW sfield__lanes sfield__lanes_whole(sfield__lanes a)
 {
     return sfield__lanes_of_ints(sfield__lanes_truncate(a));
@@ -9229,8 +9229,8 @@ static void sfield__dot_eight(const sfield__eight *c, const sfield__place *at, c
     SFIELD__CALL_BEST(sfield__eight_times, simd, (c, at, factor, t, sum));
 }
 
-/* Does the same for lanes that each lie between samples of their own, in a frame of a source: n
-   coefficients, a multiple of 8, from one on. room: 32 n floats. */
+/* Does what sfield__dot_eight does for lanes that each lie between samples of their own, in a frame of a
+   source: n coefficients, a multiple of 8, from number `from` on. room: 32 n floats. */
 static void sfield__dot_single(const sfield_field *f, const sfield__place *at, uint32_t frame,
                                const float *factor, uint32_t from, uint32_t n, const float *t, float *room,
                                float *sum, int simd)
@@ -10979,8 +10979,8 @@ static void sfield__shine_single(const sfield__tile *t, const sfield__item *it, 
     }
 }
 
-/* Does the same for lanes that share their samples, group by group, which costs less. Returns 0, with nothing
-   done, if they do not share enough. */
+/* Does what sfield__shine_single does for lanes that share samples, group by group, which costs less. Returns
+   0, with nothing done, if they do not share enough. */
 static int sfield__shine_shared(const sfield__tile *t, const sfield__item *it, const sfield__place *at,
                                 const float *chain, float (*sum)[SFIELD__LANES])
 {
@@ -11012,7 +11012,7 @@ static int sfield__shine_shared(const sfield__tile *t, const sfield__item *it, c
     return count != 0;
 }
 
-/* Does the same for any number of bands: coefficients that do not fill eights are added up in a row. */
+/* Does what sfield__shine_single does for bands whose coefficients do not fill eights: one after another. */
 static void sfield__shine_rows(const sfield__tile *t, const sfield__item *it, const sfield__place *at,
                                const float *chain, float (*sum)[SFIELD__LANES])
 {
@@ -11628,7 +11628,7 @@ static void sfield__chain_logarithms(sfield__tile *t)
     }
 }
 
-/* Writes the results of the last frame again if nothing touched the tile since; returns whether. */
+/* Writes the results of the last frame again if nothing touched the tile since. Returns 1 if it did so. */
 static int sfield__repeat_tile(sfield__tile *t, uint32_t in_view)
 {
     const size_t unit = t->first / SFIELD__LANES;
@@ -11900,7 +11900,7 @@ typedef struct sfield__point {
     sfield_scene_stats stats;
 } sfield__point;
 
-/* kernels: how many planes of texels BRDFs need */
+/* Divides memory among the arrays of a point. kernels: how many planes of texels BRDFs need. */
 static size_t sfield__carve_point(sfield__point *p, uint8_t *memory, uint32_t rays, uint32_t cells,
                                   uint32_t kernels)
 {
@@ -12930,7 +12930,7 @@ static void sfield__shade_set_haar(const sfield__job *job, const sfield_points *
     *stats = p.stats;
 }
 
-/* Counts the bytes that a task of the above needs. */
+/* Counts the bytes of memory that a task of sfield__shade_set_haar needs. */
 static uint64_t sfield__scratch_haar(const sfield_scene *s, uint32_t kernels)
 {
     const uint32_t rays = s->occluder_count + s->light_count;
@@ -12946,7 +12946,7 @@ static sfield__item *sfield__find_unmapped(const sfield_scene *s, const sfield_p
     return it && !it->identity && !it->map ? it : NULL;
 }
 
-/* Makes tables for these entities, which are few, so that other receivers need none. */
+/* Makes tables for the entities that sfield__find_unmapped finds, so that other receivers need none. */
 static sfield_result sfield__map_receivers(sfield_scene *s, const sfield_points *sets, size_t count)
 {
     const size_t cells = s->cells;

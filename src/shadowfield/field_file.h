@@ -35,8 +35,8 @@ static int sfield__add_to_crc(uint32_t *crc, const uint8_t *bytes, size_t size, 
     return 1;
 }
 
-/* Computes the checksum of a file's bytes without its header; the header comes first, from its fifth word on.
-   Returns 0 if the caller cancels. */
+/* Computes the checksum of a field's bytes as a file has them, from the word after the checksum itself to the
+   end. Returns 0 if the caller cancels. */
 static int sfield__checksum(const sfield_field *f, const sfield__part *part, uint32_t *crc)
 {
     const size_t total = f->word_count - 4, sampled = f->h.bytes - 4 * f->word_count;

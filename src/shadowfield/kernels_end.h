@@ -100,8 +100,8 @@ static void sfield__dot_eight(const sfield__eight *c, const sfield__place *at, c
     SFIELD__CALL_BEST(sfield__eight_times, simd, (c, at, factor, t, sum));
 }
 
-/* Does the same for lanes that each lie between samples of their own, in a frame of a source: n
-   coefficients, a multiple of 8, from one on. room: 32 n floats. */
+/* Does what sfield__dot_eight does for lanes that each lie between samples of their own, in a frame of a
+   source: n coefficients, a multiple of 8, from number `from` on. room: 32 n floats. */
 static void sfield__dot_single(const sfield_field *f, const sfield__place *at, uint32_t frame,
                                const float *factor, uint32_t from, uint32_t n, const float *t, float *room,
                                float *sum, int simd)

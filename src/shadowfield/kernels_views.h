@@ -56,7 +56,7 @@ static SFIELD__IN_VIEW sfield__lanes3 sfield__lanes3_add(sfield__lanes3 a, sfiel
     return a;
 }
 
-/* Rounds down floats from 0 to 2^31; up: does so upwards. */
+/* Rounds floats from 0 to 2^31 down; sfield__lanes_up rounds them up. */
 static SFIELD__IN_VIEW sfield__lanes sfield__lanes_whole(sfield__lanes a)
 {
     return sfield__lanes_of_ints(sfield__lanes_truncate(a));

@@ -30,8 +30,8 @@ static void sfield__shine_single(const sfield__tile *t, const sfield__item *it, 
     }
 }
 
-/* Does the same for lanes that share their samples, group by group, which costs less. Returns 0, with nothing
-   done, if they do not share enough. */
+/* Does what sfield__shine_single does for lanes that share samples, group by group, which costs less. Returns
+   0, with nothing done, if they do not share enough. */
 static int sfield__shine_shared(const sfield__tile *t, const sfield__item *it, const sfield__place *at,
                                 const float *chain, float (*sum)[SFIELD__LANES])
 {
@@ -63,7 +63,7 @@ static int sfield__shine_shared(const sfield__tile *t, const sfield__item *it, c
     return count != 0;
 }
 
-/* Does the same for any number of bands: coefficients that do not fill eights are added up in a row. */
+/* Does what sfield__shine_single does for bands whose coefficients do not fill eights: one after another. */
 static void sfield__shine_rows(const sfield__tile *t, const sfield__item *it, const sfield__place *at,
                                const float *chain, float (*sum)[SFIELD__LANES])
 {

@@ -91,7 +91,7 @@ static void sfield__chain_logarithms(sfield__tile *t)
     }
 }
 
-/* Writes the results of the last frame again if nothing touched the tile since; returns whether. */
+/* Writes the results of the last frame again if nothing touched the tile since. Returns 1 if it did so. */
 static int sfield__repeat_tile(sfield__tile *t, uint32_t in_view)
 {
     const size_t unit = t->first / SFIELD__LANES;

@@ -38,7 +38,7 @@ static void sfield__shade_set_haar(const sfield__job *job, const sfield_points *
     *stats = p.stats;
 }
 
-/* Counts the bytes that a task of the above needs. */
+/* Counts the bytes of memory that a task of sfield__shade_set_haar needs. */
 static uint64_t sfield__scratch_haar(const sfield_scene *s, uint32_t kernels)
 {
     const uint32_t rays = s->occluder_count + s->light_count;
@@ -54,7 +54,7 @@ static sfield__item *sfield__find_unmapped(const sfield_scene *s, const sfield_p
     return it && !it->identity && !it->map ? it : NULL;
 }
 
-/* Makes tables for these entities, which are few, so that other receivers need none. */
+/* Makes tables for the entities that sfield__find_unmapped finds, so that other receivers need none. */
 static sfield_result sfield__map_receivers(sfield_scene *s, const sfield_points *sets, size_t count)
 {
     const size_t cells = s->cells;

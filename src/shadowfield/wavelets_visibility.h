@@ -27,7 +27,7 @@ typedef struct sfield__point {
     sfield_scene_stats stats;
 } sfield__point;
 
-/* kernels: how many planes of texels BRDFs need */
+/* Divides memory among the arrays of a point. kernels: how many planes of texels BRDFs need. */
 static size_t sfield__carve_point(sfield__point *p, uint8_t *memory, uint32_t rays, uint32_t cells,
                                   uint32_t kernels)
 {
