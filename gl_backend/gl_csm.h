@@ -3886,7 +3886,7 @@ static int glbk__csm_in(const glbk__csm_logger *log, const char *member, double 
     return 0;
 }
 
-/* Does the same for three numbers. */
+/* Does what glbk__csm_in does, for three numbers. */
 static int glbk__csm_in3(const glbk__csm_logger *log, const char *member, const float *v, double low,
                          double high, const char *wanted)
 {
@@ -3943,7 +3943,7 @@ static glbk_result glbk__csm_refuse_mesh(const glbk__csm_logger *log, glbk_resul
     return glbk__refuse_element(log->ctx, result, log->function, log->array, log->index, member, text);
 }
 
-/* The same for a number of the mesh that is out of its range. */
+/* Logs that a number of the mesh is out of its range, and returns the result. */
 static glbk_result glbk__csm_refuse_number(const glbk__csm_logger *log, glbk_result result,
                                            const char *member, size_t value, const char *wanted)
 {

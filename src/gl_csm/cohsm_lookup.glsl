@@ -337,8 +337,8 @@ uint cohsm_high_bits(uvec4 s, uvec4 t)
     return (s.x >> 7) | (s.y >> 6) | (s.z >> 5) | (s.w >> 4) | (t.x >> 3) | (t.y >> 2) | (t.z >> 1) | t.w;
 }
 
-// Returns such a word that says which bytes are at most v. The lower seven bits are compared by a subtraction
-// in which no byte borrows from the next one, the highest bits by logic.
+// Returns, in the order of cohsm_high_bits, which bytes are at most v. The lower seven bits are compared by a
+// subtraction in which no byte borrows from the next one, the highest bits by logic.
 uint cohsm_bytes_up_to(uvec4 s, uvec4 t, uint v)
 {
     uvec4 all = uvec4(v * 0x01010101u), least = all | 0x80808080u;
@@ -346,7 +346,7 @@ uint cohsm_bytes_up_to(uvec4 s, uvec4 t, uint v)
     return cohsm_high_bits((all & ~s) | (~(all ^ s) & x), (all & ~t) | (~(all ^ t) & y));
 }
 
-// Returns such a word that says which bytes are 254: those whose difference from it has no bit.
+// Returns, in the order of cohsm_high_bits, which bytes are 254: those whose difference from it has no bit.
 uint cohsm_bytes_exact(uvec4 s, uvec4 t)
 {
     s ^= 0xfefefefeu;

@@ -133,7 +133,7 @@ int envsh_decide_box(envsh_query q, envsh_view v, vec2 at, vec2 reach, float nea
     return !outside && most < 1.0 && nearest > most ? 0 : -1;
 }
 
-// Returns the same for the kernel of a receiver, with these half widths in texels.
+// Returns what envsh_decide_box does, for a receiver's kernel with these half widths in texels.
 int envsh_decide(envsh_query q, envsh_view v, envsh_receiver r, vec2 reach)
 {
     float slope = dot(abs(r.slope), reach + 1.0);

@@ -17,7 +17,7 @@ uint ism_quadrant(ivec2 d)
 uint ism_sector(ivec2 d)
 {
     ivec2 a = abs(d);
-    if (12 * a.y < 5 * a.x) return d.x > 0 ? 1u : 16u;     // tan 22.5 degrees is 5 / 12
+    if (12 * a.y < 5 * a.x) return d.x > 0 ? 1u : 16u;     // about tan 22.5 degrees
     if (12 * a.x < 5 * a.y) return d.y > 0 ? 4u : 64u;
     return d.x > 0 ? (d.y > 0 ? 2u : 128u) : d.y > 0 ? 8u : 32u;
 }

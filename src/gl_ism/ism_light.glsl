@@ -193,8 +193,8 @@ uint ism_used(uint first, uint set_count)
     return first < count ? (count - first - 1u) / set_count + 1u : 0u;
 }
 
-// Returns the irradiance of a sum over such a class, times the number of classes, so that the mean over all
-// classes is the sum of all VPLs, however few there are.
+// Returns the irradiance of a sum over VPLs first, first + set_count, ..., times set_count: so the mean over
+// all such classes is the sum of all VPLs, however few there are.
 vec4 ism_scaled(vec4 sum, uint set_count) { return sum * (float(set_count) / COHSM_PI); }
 
 // ---- near points ----
@@ -275,10 +275,10 @@ uint ism_near_block(uint i, uint count, vec3 p)
     return i;
 }
 
-// Returns the light of all near points, also in interleaved pictures: a class of them, scaled up, made white
-// specks where a pixel has few neighbours on its surface to be blurred with. Four at a time are looked for,
-// and add their light in a loop of their own: since neighbours wait for each other, the cost of a near point
-// is then paid where neighbours have one too, and not wherever one of them has.
+// Returns the light of all near points, also in interleaved pictures: a class alone, scaled up, would make
+// white specks where a pixel has few neighbours on its surface to be blurred with. Four are looked for at a
+// time, and add their light in a loop of their own: since neighbours wait for each other, the cost of a near
+// point is then paid where neighbours have one too, and not wherever one of them has.
 vec4 ism_gather(vec3 p, vec3 n, vec3 ng)
 {
     uint count = ISM_F.near_point_count, i = ism_near_block(0u, count, p);

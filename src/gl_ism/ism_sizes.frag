@@ -23,7 +23,7 @@ float ism_solid_angle(vec3 a, vec3 b, vec3 c)
     return omega;
 }
 
-// Returns the same as seen from a receiver. One that is small for its distance is taken for area cos / d^2,
+// Returns the solid angle seen from a receiver. One small for its distance is taken for area cos / d^2,
 // whose relative error is at most area / d^2.
 float ism_solid_angle_from(vec3 eye, ism_corners p, vec3 normal2, float area2)
 {

@@ -1,7 +1,7 @@
 // Makes running sums of the rows of a map, or (ROWS=1) of the last sums of its rows. A group has a row in
 // shared memory. The steps are those of rsm_scan.frag, of eight values each, so that both ways pick the same
-// texels. The third of the mean is multiplied where that file does so, since compilers make one operation of
-// product and sum.
+// texels. The mean's factor 1 / 3 is multiplied where rsm_scan.frag does so, since compilers make one
+// operation of product and sum.
 // uses: rsm_pick
 // sets: ROWS=0 | ROWS=1
 #ifndef ROWS
