@@ -2294,7 +2294,7 @@ static int sfield__may_triple(uint32_t i, uint32_t j, uint32_t k)
     return (a + b + c) % 2 == 0 && a + b >= c && a + c >= b && b + c >= a;
 }
 
-/* Fills pairs and entries from values at nodes of a grid of degree 3 (n - 1). table: coefs floats a pair. */
+/* Finds the pairs by nodes of degree 3 (n - 1); table: coefs floats a pair. Returns how many are not 0. */
 static uint32_t sfield__find_tripling(sfield_algebra *t, const double *basis, const double *node,
                                       size_t nodes, double *product, float *table)
 {
@@ -2951,8 +2951,8 @@ SFIELD_DEF sfield_result sfield_haar_inverse(uint32_t side, const float *coefs, 
     return SFIELD_OK;
 }
 
-/* One bit for each square that has coefficients of its own or below, in the order of the coefficients: level
-   after level (node / 1 + 4 + 16 ...). */
+/* Marks are a byte for each square of a face, not 0 if the square or one below it has coefficients, level
+   after level: number sfield__mark_base(n) + i is square i of a level of n squares. */
 #define SFIELD__MARKS 1365u                     /* (4^6 - 1) / 3 squares a face of 64 x 64 */
 
 static uint32_t sfield__mark_base(uint32_t squares) { return (squares - 1) / 3; }
@@ -3218,7 +3218,7 @@ SFIELD_DEF void sfield_free(sfield_field *field)
     sfield__free(&a, field);
 }
 
-/* Checks everything in the header, so that sizes computed from it are true. */
+/* Returns whether everything in the header is right, so that sizes computed from it are true. */
 static int sfield__header_good(const sfield__header *h)
 {
     uint32_t i, self = h->kind == SFIELD__KIND_SELF, haar = h->basis == SFIELD_BASIS_HAAR;
@@ -4120,7 +4120,7 @@ static sfield_result sfield__need_radius(const sfield__build *b)
 
 /* ---- building: a desc, checked, with its defaults ---- */
 
-/* Checks enums, bands and sides, in the words of the desc. */
+/* Returns whether enums, bands and sides of a desc are in range; if not, a line says so. */
 static int sfield__check_sides(const sfield__logger *log, const sfield_desc *d, int haar)
 {
     return sfield__check_value(log, (uint32_t)d->spacing < SFIELD_SPACING_COUNT, "desc.spacing",
@@ -4138,7 +4138,7 @@ static int sfield__check_sides(const sfield__logger *log, const sfield_desc *d, 
            sfield__check_value(log, !haar || !d->logarithm, "desc.logarithm", d->logarithm, "0 for wavelets");
 }
 
-/* Checks what differs by the kind of field. */
+/* Returns whether what differs by the kind of field is in range; if not, a line says so. */
 static int sfield__check_kind(const sfield__logger *log, const sfield_desc *d, sfield__kind kind)
 {
     static const char *const centers[3] = { "desc.center[0]", "desc.center[1]", "desc.center[2]" };
@@ -5293,7 +5293,7 @@ static void sfield__quantise(sfield__build *b, size_t first, uint32_t group)
     }
 }
 
-/* Asks the caller's renderer what some eyes see. If the renderer returns not 0, the build ends. */
+/* Asks the caller's renderer what some eyes see. Returns what it returns: not 0 if the build ends. */
 static int sfield__ask_views(sfield__build *b, size_t begin, size_t end)
 {
     sfield_views views;
@@ -5308,7 +5308,7 @@ static int sfield__ask_views(sfield__build *b, size_t begin, size_t end)
 }
 
 /* Asks for all samples of the batch, then once more for those that are inside the mesh, a run of neighbours
-   at a time. */
+   at a time. Returns not 0 if the build ends. */
 static int sfield__ask_batch(sfield__build *b)
 {
     size_t i, end, count = b->to - b->from;
@@ -6017,7 +6017,7 @@ static double sfield__read_facet(const sfield_mesh *mesh, size_t t, float r, sfi
     return out->area;
 }
 
-/* Finds the widest spread of a patch along a feature: its sum of squares off the mean, which is written. */
+/* Returns the spread of a patch along a feature: the sum of squares off the mean, which is written. */
 static double sfield__spread_of(const sfield__facet *facets, size_t count, uint32_t patch, uint32_t feature,
                                 double *mean)
 {
@@ -10179,7 +10179,7 @@ static uint64_t sfield__hash_set(const sfield_scene *s, const sfield_points *set
     return h;
 }
 
-/* Rounds to 16 bits. What is not in their range, as where T is no number, becomes 0. */
+/* Returns q rounded to 16 bits. What is not in their range, as where T is no number, becomes 0. */
 static int16_t sfield__to_int16(float q)
 {
     if (!(fabsf(q) < 32767.5f)) return 0;
@@ -10486,7 +10486,7 @@ static int sfield__is_own(const sfield__tile *t, uint32_t j)
     return j < t->lights && t->s->light[j] + 1 == t->set->entity;
 }
 
-/* Counts the lights of a set, with the environment if there is one. */
+/* Returns how many lights a set has, the environment among them, but not the entity that the set lies on. */
 static uint32_t sfield__lights_of(const sfield_scene *s, const sfield_points *set, int sky)
 {
     return s->light_count + (uint32_t)sky - (set->entity && s->item[set->entity - 1].e.source ? 1u : 0u);
@@ -10639,7 +10639,7 @@ static int sfield__is_after(const sfield__tile *t, uint32_t a, uint32_t b)
 }
 
 /* Puts an occluder among the candidates, from near to far by the middle of the tile, if it counts for any
-   lane: in reach (third rule) and, but for incident radiance, not below the horizon (first). */
+   lane: in reach (section 4.2, third rule) and, but for incident radiance, not below the horizon (first). */
 static void sfield__try_candidate(sfield__tile *t, uint32_t item)
 {
     const sfield__item *it = &t->s->item[item];
@@ -10777,8 +10777,8 @@ static int sfield__is_aside(const sfield__tile *t, const sfield__item *a, const 
     return sfield__v3_dot(c, c) > most * most * sfield__v3_dot(v, v);
 }
 
-/* Applies the second rule: returns the lanes of a mask for which the bounding sphere of occluder i is inside
-   the cone of a nearer inscribed one. */
+/* Returns, by the second rule of section 4.2, the lanes of a mask for which the bounding sphere of occluder i
+   is inside the cone of a nearer inscribed one. */
 static uint32_t sfield__find_hidden(const sfield__tile *t, uint32_t i, uint32_t lanes)
 {
     const sfield__item *a = &t->s->item[t->item[i]];
@@ -11332,7 +11332,7 @@ static void sfield__turn_lanes(uint32_t bands, const float *cosine, const float 
 typedef struct sfield__frames { float c[3][16], s[3][16]; } sfield__frames;
 
 /* Finds the three angles, as cosines and sines, that turn z to the normal and the plane of x and z to the
-   view: about z, about y, and about z again. Returns the cosines between normal and view. */
+   view: about z, about y, and about z again. Writes the cosines between normal and view. */
 static void sfield__find_frames(const sfield__tile *t, sfield__frames *f, float *facing)
 {
     uint32_t i;
@@ -12081,7 +12081,7 @@ static uint32_t sfield__add_ray(sfield__point *p, const float *x, const float *n
     return count + 1;
 }
 
-/* Finds the entities of a point from near to far: occluders in reach and above the horizon, and lights. */
+/* Lists the entities of a point, occluders and lights, from near to far. Returns how many there are. */
 static uint32_t sfield__find_rays(sfield__point *p, const float *x, const float *n)
 {
     const sfield_scene *s = p->s;
@@ -12105,7 +12105,7 @@ static uint32_t sfield__find_rays(sfield__point *p, const float *x, const float 
     return count;
 }
 
-/* Applies the second rule, as for tiles: rays [0, i) are nearer. */
+/* Returns whether ray i is hidden by the second rule of culling, as tiles have it: rays [0, i) are nearer. */
 static int sfield__is_hidden(const sfield__point *p, uint32_t i, const float *x)
 {
     const sfield__item *a = &p->s->item[p->ray[i].item];

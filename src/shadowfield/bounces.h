@@ -62,7 +62,7 @@ static double sfield__read_facet(const sfield_mesh *mesh, size_t t, float r, sfi
     return out->area;
 }
 
-/* Finds the widest spread of a patch along a feature: its sum of squares off the mean, which is written. */
+/* Returns the spread of a patch along a feature: the sum of squares off the mean, which is written. */
 static double sfield__spread_of(const sfield__facet *facets, size_t count, uint32_t patch, uint32_t feature,
                                 double *mean)
 {

@@ -1,6 +1,6 @@
 /* ---- building: a desc, checked, with its defaults ---- */
 
-/* Checks enums, bands and sides, in the words of the desc. */
+/* Returns whether enums, bands and sides of a desc are in range; if not, a line says so. */
 static int sfield__check_sides(const sfield__logger *log, const sfield_desc *d, int haar)
 {
     return sfield__check_value(log, (uint32_t)d->spacing < SFIELD_SPACING_COUNT, "desc.spacing",
@@ -18,7 +18,7 @@ static int sfield__check_sides(const sfield__logger *log, const sfield_desc *d, 
            sfield__check_value(log, !haar || !d->logarithm, "desc.logarithm", d->logarithm, "0 for wavelets");
 }
 
-/* Checks what differs by the kind of field. */
+/* Returns whether what differs by the kind of field is in range; if not, a line says so. */
 static int sfield__check_kind(const sfield__logger *log, const sfield_desc *d, sfield__kind kind)
 {
     static const char *const centers[3] = { "desc.center[0]", "desc.center[1]", "desc.center[2]" };

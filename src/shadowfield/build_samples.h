@@ -128,7 +128,7 @@ static void sfield__quantise(sfield__build *b, size_t first, uint32_t group)
     }
 }
 
-/* Asks the caller's renderer what some eyes see. If the renderer returns not 0, the build ends. */
+/* Asks the caller's renderer what some eyes see. Returns what it returns: not 0 if the build ends. */
 static int sfield__ask_views(sfield__build *b, size_t begin, size_t end)
 {
     sfield_views views;
@@ -143,7 +143,7 @@ static int sfield__ask_views(sfield__build *b, size_t begin, size_t end)
 }
 
 /* Asks for all samples of the batch, then once more for those that are inside the mesh, a run of neighbours
-   at a time. */
+   at a time. Returns not 0 if the build ends. */
 static int sfield__ask_batch(sfield__build *b)
 {
     size_t i, end, count = b->to - b->from;

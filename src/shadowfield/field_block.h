@@ -171,7 +171,7 @@ SFIELD_DEF void sfield_free(sfield_field *field)
     sfield__free(&a, field);
 }
 
-/* Checks everything in the header, so that sizes computed from it are true. */
+/* Returns whether everything in the header is right, so that sizes computed from it are true. */
 static int sfield__header_good(const sfield__header *h)
 {
     uint32_t i, self = h->kind == SFIELD__KIND_SELF, haar = h->basis == SFIELD_BASIS_HAAR;

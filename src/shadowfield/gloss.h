@@ -220,7 +220,7 @@ static void sfield__turn_lanes(uint32_t bands, const float *cosine, const float 
 typedef struct sfield__frames { float c[3][16], s[3][16]; } sfield__frames;
 
 /* Finds the three angles, as cosines and sines, that turn z to the normal and the plane of x and z to the
-   view: about z, about y, and about z again. Returns the cosines between normal and view. */
+   view: about z, about y, and about z again. Writes the cosines between normal and view. */
 static void sfield__find_frames(const sfield__tile *t, sfield__frames *f, float *facing)
 {
     uint32_t i;

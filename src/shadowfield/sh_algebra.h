@@ -32,7 +32,7 @@ static int sfield__may_triple(uint32_t i, uint32_t j, uint32_t k)
     return (a + b + c) % 2 == 0 && a + b >= c && a + c >= b && b + c >= a;
 }
 
-/* Fills pairs and entries from values at nodes of a grid of degree 3 (n - 1). table: coefs floats a pair. */
+/* Finds the pairs by nodes of degree 3 (n - 1); table: coefs floats a pair. Returns how many are not 0. */
 static uint32_t sfield__find_tripling(sfield_algebra *t, const double *basis, const double *node,
                                       size_t nodes, double *product, float *table)
 {

@@ -98,7 +98,7 @@ static uint64_t sfield__hash_set(const sfield_scene *s, const sfield_points *set
     return h;
 }
 
-/* Rounds to 16 bits. What is not in their range, as where T is no number, becomes 0. */
+/* Returns q rounded to 16 bits. What is not in their range, as where T is no number, becomes 0. */
 static int16_t sfield__to_int16(float q)
 {
     if (!(fabsf(q) < 32767.5f)) return 0;

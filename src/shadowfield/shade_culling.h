@@ -13,7 +13,7 @@ static int sfield__is_after(const sfield__tile *t, uint32_t a, uint32_t b)
 }
 
 /* Puts an occluder among the candidates, from near to far by the middle of the tile, if it counts for any
-   lane: in reach (third rule) and, but for incident radiance, not below the horizon (first). */
+   lane: in reach (section 4.2, third rule) and, but for incident radiance, not below the horizon (first). */
 static void sfield__try_candidate(sfield__tile *t, uint32_t item)
 {
     const sfield__item *it = &t->s->item[item];
@@ -151,8 +151,8 @@ static int sfield__is_aside(const sfield__tile *t, const sfield__item *a, const 
     return sfield__v3_dot(c, c) > most * most * sfield__v3_dot(v, v);
 }
 
-/* Applies the second rule: returns the lanes of a mask for which the bounding sphere of occluder i is inside
-   the cone of a nearer inscribed one. */
+/* Returns, by the second rule of section 4.2, the lanes of a mask for which the bounding sphere of occluder i
+   is inside the cone of a nearer inscribed one. */
 static uint32_t sfield__find_hidden(const sfield__tile *t, uint32_t i, uint32_t lanes)
 {
     const sfield__item *a = &t->s->item[t->item[i]];

@@ -160,7 +160,7 @@ static int sfield__is_own(const sfield__tile *t, uint32_t j)
     return j < t->lights && t->s->light[j] + 1 == t->set->entity;
 }
 
-/* Counts the lights of a set, with the environment if there is one. */
+/* Returns how many lights a set has, the environment among them, but not the entity that the set lies on. */
 static uint32_t sfield__lights_of(const sfield_scene *s, const sfield_points *set, int sky)
 {
     return s->light_count + (uint32_t)sky - (set->entity && s->item[set->entity - 1].e.source ? 1u : 0u);

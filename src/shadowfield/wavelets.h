@@ -76,8 +76,8 @@ SFIELD_DEF sfield_result sfield_haar_inverse(uint32_t side, const float *coefs, 
     return SFIELD_OK;
 }
 
-/* One bit for each square that has coefficients of its own or below, in the order of the coefficients: level
-   after level (node / 1 + 4 + 16 ...). */
+/* Marks are a byte for each square of a face, not 0 if the square or one below it has coefficients, level
+   after level: number sfield__mark_base(n) + i is square i of a level of n squares. */
 #define SFIELD__MARKS 1365u                     /* (4^6 - 1) / 3 squares a face of 64 x 64 */
 
 static uint32_t sfield__mark_base(uint32_t squares) { return (squares - 1) / 3; }

@@ -43,7 +43,7 @@ static uint32_t sfield__add_ray(sfield__point *p, const float *x, const float *n
     return count + 1;
 }
 
-/* Finds the entities of a point from near to far: occluders in reach and above the horizon, and lights. */
+/* Lists the entities of a point, occluders and lights, from near to far. Returns how many there are. */
 static uint32_t sfield__find_rays(sfield__point *p, const float *x, const float *n)
 {
     const sfield_scene *s = p->s;
@@ -67,7 +67,7 @@ static uint32_t sfield__find_rays(sfield__point *p, const float *x, const float 
     return count;
 }
 
-/* Applies the second rule, as for tiles: rays [0, i) are nearer. */
+/* Returns whether ray i is hidden by the second rule of culling, as tiles have it: rays [0, i) are nearer. */
 static int sfield__is_hidden(const sfield__point *p, uint32_t i, const float *x)
 {
     const sfield__item *a = &p->s->item[p->ray[i].item];
