@@ -3209,7 +3209,7 @@ static void cohsm__soup_fill(cohsm__soup *soup, const cohsm_mesh *mesh, const ui
 }
 
 /* Makes the clusters of a mesh: triangles are sorted in space, so that clusters are small and a shard need
-   not look into most of them. */
+   not look into most of them. Returns 0 if memory runs out; cohsm__soup_free is due in either case. */
 static int cohsm__soup_make(cohsm__soup *soup, const cohsm_mesh *mesh, const uint8_t *used,
                             uint32_t triangles, const float *center, float radius, cohsm__counted_heap *heap)
 {

@@ -2051,7 +2051,7 @@ static uint32_t envlt__invert_strip(const envlt__grid *g, const double *table, c
 }
 
 /* Inverts the cumulative distribution at the centres (i + 0.5) / n of a grid: strips of rows of equal energy
-   are divided into cells of equal energy. Cells that fall into one column (row) become one. */
+   are divided into cells of equal energy. Cells of one column (row) become one. Returns how many remain. */
 static uint32_t envlt__run_inversion(const envlt__grid *g, const double *table, envlt__region *r, uint32_t k,
                                      uint32_t *chosen)
 {

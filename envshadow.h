@@ -1310,7 +1310,7 @@ static envsh__light envsh__light_at(const envsh_lights *lights, uint32_t i)
     return l;
 }
 
-/* Rounds up to the next sixteenth of an octave, so that a texel keeps its size while bounds change a little.
+/* Returns x rounded up to a sixteenth of an octave: a texel keeps its size while bounds change a little.
    The four upper bits of the mantissa stay. */
 static float envsh__round_up_texel(float x)
 {
@@ -2473,7 +2473,7 @@ ENVSH_DEF envsh_result envsh_illuminate(envsh_maps *maps, const envsh_lights *li
     return result;
 }
 
-/* ---- cost ---- */
+/* ---- cost: what a pass and a light cost, from measured times ---- */
 
 ENVSH_DEF int envsh_cost_fit(uint32_t light_count, const uint32_t *clusters, const double *ms, size_t count,
                              envsh_cost *out)

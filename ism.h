@@ -2515,7 +2515,7 @@ static int ism__to_pixel(const ism__view *view, ism__v3 p, float *x, float *y)
     return 1;
 }
 
-/* Estimates the effect of one pVPL on the picture, from a jittered grid of receivers. Every other
+/* Returns an estimate of the effect of one pVPL on the picture, by a jittered grid of receivers. Every other
    sample, as on a chessboard, is guided: its density falls as min(1, (r0 / r)^2) about the pVPL's own place.
    Guided and other samples are weighted by the balance heuristic, so that no place is forgotten. In an even
    grid rows and columns have as many of either kind, and guided samples take their numbers from their cells;
@@ -3010,7 +3010,7 @@ static void ism__near_task(void *context, size_t index)
     }
 }
 
-/* Spreads ten bits over thirty, each at every third place. */
+/* Returns ten bits spread over thirty, each at every third place. */
 static uint32_t ism__spread_bits(uint32_t x)
 {
     x = (x | x << 16) & 0x030000ffu;
@@ -5453,7 +5453,7 @@ static uint32_t ism__sector(int dx, int dy)
     return dx > 0 ? (dy > 0 ? 2u : 128u) : dy > 0 ? 8u : 32u;
 }
 
-/* Turns a set of sectors by so many sectors. */
+/* Returns a set of sectors turned by so many sectors. */
 static uint32_t ism__rotate_sectors(uint32_t sectors, uint32_t by)
 {
     return (sectors << by | sectors >> (8u - by)) & 255u;

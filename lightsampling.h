@@ -2561,7 +2561,7 @@ static int lsamp__emitter_draw(const lsamp__aim *a, const float *u, lsamp_emissi
     }
 }
 
-/* Intersects a ray with a rectangle or disc: with the plane first, then with the edges. */
+/* Finds where a ray meets a rectangle or disc. Returns 0 if the ray sees no light. */
 static int lsamp__plane_hit(const lsamp__aim *a, lsamp__v3 w, lsamp_emission *out)
 {
     const lsamp_light *l = a->light;
@@ -2584,8 +2584,8 @@ static int lsamp__plane_hit(const lsamp__aim *a, lsamp__v3 w, lsamp_emission *ou
     return lsamp__emit_area(a, q, l->n, x, y, lsamp__texel_density(l, x, y) / l->area, out);
 }
 
-/* Intersects a ray with a sphere or line: takes the nearer root, measured from the foot of the perpendicular,
-   which keeps its digits. */
+/* Finds where a ray meets a sphere or line: the nearer root, measured from the foot of the perpendicular,
+   which keeps its digits. Returns 0 if the ray sees no light. */
 static int lsamp__round_hit(const lsamp__aim *a, lsamp__v3 w, lsamp_emission *out)
 {
     const lsamp_light *l = a->light;
@@ -2686,7 +2686,7 @@ static int lsamp__texels_valid(const lsamp__logger *log, const lsamp_light_desc 
            lsamp__count_valid(log, "desc.frame_count", d->frame_count, 0, 1, "0 or 1 without texels");
 }
 
-/* Checks the fields of a sun, point or spot. */
+/* Says whether the fields of a sun, point or spot are valid; if not, logs so. */
 static int lsamp__delta_valid(const lsamp__logger *log, const lsamp_light_desc *d)
 {
     if (d->texels) return lsamp__light_refuse(log, "desc.texels", "is set: sun, point and spot have none");
@@ -2698,7 +2698,7 @@ static int lsamp__delta_valid(const lsamp__logger *log, const lsamp_light_desc *
                                                              5e-7f, 0.5f * LSAMP__PI, "5e-7..pi / 2"));
 }
 
-/* Checks the fields of a shape that has an area. */
+/* Says whether the fields of a shape that has an area are valid; if not, logs so. */
 static int lsamp__shape_valid(const lsamp__logger *log, const lsamp_light_desc *d)
 {
     const float big = 1e18f;
@@ -2720,7 +2720,7 @@ static int lsamp__shape_valid(const lsamp__logger *log, const lsamp_light_desc *
            lsamp__field_valid(log, "desc.radius", d->radius, 1e-18f, big, "1e-18..1e18");
 }
 
-/* Checks a surface; its points are looked at when they are drawn, since they may move from frame to frame. */
+/* Says whether a surface is valid. Its points may move from frame to frame: they are looked at when drawn. */
 static int lsamp__surface_valid(const lsamp__logger *log, const lsamp_surface *s)
 {
     if (!s) return lsamp__light_refuse(log, "desc.surface", "is NULL");

@@ -1868,7 +1868,7 @@ static inline int rsm__has_cube(const rsm_light *l)
            (l->kind == RSM_LIGHT_SPOT && l->cone_half_angle > 1.0f);
 }
 
-/* Checks the depths between which a face holds surfaces. */
+/* Returns whether the depths between which a face holds surfaces are in range, and logs if they are not. */
 static inline int rsm__check_depths(const rsm__logger *log, const rsm_light *l)
 {
     const double low = l->kind == RSM_LIGHT_SUN ? -1e9 : 1e-30;
@@ -1880,7 +1880,7 @@ static inline int rsm__check_depths(const rsm__logger *log, const rsm_light *l)
     return 0;
 }
 
-/* Checks what a light of this kind needs: a direction, a radius, a cone. */
+/* Returns whether a light has what its kind needs, a direction, a radius, a cone, and logs if it has not. */
 static inline int rsm__check_shape(const rsm__logger *log, const rsm_light *l)
 {
     float length = rsm__v3_length(rsm__v3_load(l->direction));
@@ -4742,7 +4742,7 @@ static inline int rsm__gives_light(const rsm__gather *g, const rsm_texel *t)
             t->depth < RSM_FAR);
 }
 
-/* Makes room for the number of each lane. */
+/* Makes room for the number of each lane. Returns 0 if there is no memory. */
 static inline int rsm__make_numbers(rsm__source *s, size_t lanes, const rsm__allocator *a)
 {
     s->numbers = (uint32_t *)rsm__alloc_array(a, lanes, sizeof *s->numbers);
@@ -5756,9 +5756,9 @@ static inline int rsm__cell_pending(const rsm__grid *g, uint32_t left, uint32_t 
     return 0;
 }
 
-/* Adds the pending pixels of a row to the tile, which has room for all of the row. Every pixel is written,
-   and a pending one moves the end on: a branch would be mispredicted, since which pixels are pending follows
-   no pattern. */
+/* Adds the pending pixels of a row to the tile, which has room for all of the row, and returns the new count.
+   Every pixel is written, and a pending one moves the end on: a branch would be mispredicted, since which
+   pixels are pending follows no pattern. */
 static inline size_t rsm__tile_add(const rsm__grid *g, rsm__tile *t, size_t count, uint32_t left,
                                    uint32_t right, uint32_t y)
 {
@@ -6061,7 +6061,7 @@ RSM_DEF rsm_result rsm_interpolate(const rsm_map *const *maps, size_t map_count,
 
 /* ==== src/rsm/direct.h ==== */
 
-/* ---- direct light, shadowed by the same map (section 5) ---- */
+/* ---- direct light, shadowed by the same map (section 4) ---- */
 
 typedef struct rsm__direct {
     const rsm_map    *map;

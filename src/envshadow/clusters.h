@@ -57,7 +57,7 @@ ENVSH_DEF envsh_result envsh_illuminate(envsh_maps *maps, const envsh_lights *li
     return result;
 }
 
-/* ---- cost ---- */
+/* ---- cost: what a pass and a light cost, from measured times ---- */
 
 ENVSH_DEF int envsh_cost_fit(uint32_t light_count, const uint32_t *clusters, const double *ms, size_t count,
                              envsh_cost *out)

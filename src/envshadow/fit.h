@@ -15,7 +15,7 @@ static envsh__light envsh__light_at(const envsh_lights *lights, uint32_t i)
     return l;
 }
 
-/* Rounds up to the next sixteenth of an octave, so that a texel keeps its size while bounds change a little.
+/* Returns x rounded up to a sixteenth of an octave: a texel keeps its size while bounds change a little.
    The four upper bits of the mantissa stay. */
 static float envsh__round_up_texel(float x)
 {

@@ -70,7 +70,7 @@ static inline void gifilt__run(const gifilt_system *s, size_t count, gifilt_task
         for (i = 0; i < count; i++) task(context, i);
 }
 
-/* Checks the points but for their count. */
+/* Returns 1 if points can be used, whatever their count; else logs why and returns 0. */
 static inline int gifilt__points_valid(const gifilt__logger *log, const gifilt_points *p)
 {
     if (!p || !p->positions || !p->normals) {

@@ -16,7 +16,7 @@ static uint32_t ism__sector(int dx, int dy)
     return dx > 0 ? (dy > 0 ? 2u : 128u) : dy > 0 ? 8u : 32u;
 }
 
-/* Turns a set of sectors by so many sectors. */
+/* Returns a set of sectors turned by so many sectors. */
 static uint32_t ism__rotate_sectors(uint32_t sectors, uint32_t by)
 {
     return (sectors << by | sectors >> (8u - by)) & 255u;

@@ -51,7 +51,7 @@ static int ism__to_pixel(const ism__view *view, ism__v3 p, float *x, float *y)
     return 1;
 }
 
-/* Estimates the effect of one pVPL on the picture, from a jittered grid of receivers. Every other
+/* Returns an estimate of the effect of one pVPL on the picture, by a jittered grid of receivers. Every other
    sample, as on a chessboard, is guided: its density falls as min(1, (r0 / r)^2) about the pVPL's own place.
    Guided and other samples are weighted by the balance heuristic, so that no place is forgotten. In an even
    grid rows and columns have as many of either kind, and guided samples take their numbers from their cells;

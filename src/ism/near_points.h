@@ -104,7 +104,7 @@ static void ism__near_task(void *context, size_t index)
     }
 }
 
-/* Spreads ten bits over thirty, each at every third place. */
+/* Returns ten bits spread over thirty, each at every third place. */
 static uint32_t ism__spread_bits(uint32_t x)
 {
     x = (x | x << 16) & 0x030000ffu;

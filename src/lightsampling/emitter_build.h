@@ -53,7 +53,7 @@ static int lsamp__texels_valid(const lsamp__logger *log, const lsamp_light_desc 
            lsamp__count_valid(log, "desc.frame_count", d->frame_count, 0, 1, "0 or 1 without texels");
 }
 
-/* Checks the fields of a sun, point or spot. */
+/* Says whether the fields of a sun, point or spot are valid; if not, logs so. */
 static int lsamp__delta_valid(const lsamp__logger *log, const lsamp_light_desc *d)
 {
     if (d->texels) return lsamp__light_refuse(log, "desc.texels", "is set: sun, point and spot have none");
@@ -65,7 +65,7 @@ static int lsamp__delta_valid(const lsamp__logger *log, const lsamp_light_desc *
                                                              5e-7f, 0.5f * LSAMP__PI, "5e-7..pi / 2"));
 }
 
-/* Checks the fields of a shape that has an area. */
+/* Says whether the fields of a shape that has an area are valid; if not, logs so. */
 static int lsamp__shape_valid(const lsamp__logger *log, const lsamp_light_desc *d)
 {
     const float big = 1e18f;
@@ -87,7 +87,7 @@ static int lsamp__shape_valid(const lsamp__logger *log, const lsamp_light_desc *
            lsamp__field_valid(log, "desc.radius", d->radius, 1e-18f, big, "1e-18..1e18");
 }
 
-/* Checks a surface; its points are looked at when they are drawn, since they may move from frame to frame. */
+/* Says whether a surface is valid. Its points may move from frame to frame: they are looked at when drawn. */
 static int lsamp__surface_valid(const lsamp__logger *log, const lsamp_surface *s)
 {
     if (!s) return lsamp__light_refuse(log, "desc.surface", "is NULL");

@@ -322,7 +322,7 @@ static int lsamp__emitter_draw(const lsamp__aim *a, const float *u, lsamp_emissi
     }
 }
 
-/* Intersects a ray with a rectangle or disc: with the plane first, then with the edges. */
+/* Finds where a ray meets a rectangle or disc. Returns 0 if the ray sees no light. */
 static int lsamp__plane_hit(const lsamp__aim *a, lsamp__v3 w, lsamp_emission *out)
 {
     const lsamp_light *l = a->light;
@@ -345,8 +345,8 @@ static int lsamp__plane_hit(const lsamp__aim *a, lsamp__v3 w, lsamp_emission *ou
     return lsamp__emit_area(a, q, l->n, x, y, lsamp__texel_density(l, x, y) / l->area, out);
 }
 
-/* Intersects a ray with a sphere or line: takes the nearer root, measured from the foot of the perpendicular,
-   which keeps its digits. */
+/* Finds where a ray meets a sphere or line: the nearer root, measured from the foot of the perpendicular,
+   which keeps its digits. Returns 0 if the ray sees no light. */
 static int lsamp__round_hit(const lsamp__aim *a, lsamp__v3 w, lsamp_emission *out)
 {
     const lsamp_light *l = a->light;

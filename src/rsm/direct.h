@@ -1,4 +1,4 @@
-/* ---- direct light, shadowed by the same map (section 5) ---- */
+/* ---- direct light, shadowed by the same map (section 4) ---- */
 
 typedef struct rsm__direct {
     const rsm_map    *map;

@@ -161,9 +161,9 @@ static inline int rsm__cell_pending(const rsm__grid *g, uint32_t left, uint32_t 
     return 0;
 }
 
-/* Adds the pending pixels of a row to the tile, which has room for all of the row. Every pixel is written,
-   and a pending one moves the end on: a branch would be mispredicted, since which pixels are pending follows
-   no pattern. */
+/* Adds the pending pixels of a row to the tile, which has room for all of the row, and returns the new count.
+   Every pixel is written, and a pending one moves the end on: a branch would be mispredicted, since which
+   pixels are pending follows no pattern. */
 static inline size_t rsm__tile_add(const rsm__grid *g, rsm__tile *t, size_t count, uint32_t left,
                                    uint32_t right, uint32_t y)
 {

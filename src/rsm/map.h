@@ -57,7 +57,7 @@ static inline int rsm__has_cube(const rsm_light *l)
            (l->kind == RSM_LIGHT_SPOT && l->cone_half_angle > 1.0f);
 }
 
-/* Checks the depths between which a face holds surfaces. */
+/* Returns whether the depths between which a face holds surfaces are in range, and logs if they are not. */
 static inline int rsm__check_depths(const rsm__logger *log, const rsm_light *l)
 {
     const double low = l->kind == RSM_LIGHT_SUN ? -1e9 : 1e-30;
@@ -69,7 +69,7 @@ static inline int rsm__check_depths(const rsm__logger *log, const rsm_light *l)
     return 0;
 }
 
-/* Checks what a light of this kind needs: a direction, a radius, a cone. */
+/* Returns whether a light has what its kind needs, a direction, a radius, a cone, and logs if it has not. */
 static inline int rsm__check_shape(const rsm__logger *log, const rsm_light *l)
 {
     float length = rsm__v3_length(rsm__v3_load(l->direction));

@@ -20,7 +20,7 @@ static inline int rsm__gives_light(const rsm__gather *g, const rsm_texel *t)
             t->depth < RSM_FAR);
 }
 
-/* Makes room for the number of each lane. */
+/* Makes room for the number of each lane. Returns 0 if there is no memory. */
 static inline int rsm__make_numbers(rsm__source *s, size_t lanes, const rsm__allocator *a)
 {
     s->numbers = (uint32_t *)rsm__alloc_array(a, lanes, sizeof *s->numbers);
