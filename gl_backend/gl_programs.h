@@ -734,7 +734,7 @@ static int glbk__is_name(char c) { return glbk__is_letter(c) || (c >= '0' && c <
 static int glbk__gather(glbk__list *list, const char *names);
 
 /* Adds a library file after the files that it uses itself, unless it is in the list. The recursion is as deep
-   as the embedded files make it, all of which tests/gl_backend/backend_test.c walks. */
+   as the embedded files make it (backend_test.c walks all). Returns 0 for an unknown file, or too many. */
 static int glbk__gather_file(glbk__list *list, const glbk_file *file)
 {
     uint32_t i;
@@ -762,7 +762,7 @@ static int glbk__gather(glbk__list *list, const char *names)
 }
 
 /* Adds the uniform blocks that a text names. No others are declared, since a block that is declared needs a
-   buffer whether it is read or not (std140; WebGL 2 refuses to draw). */
+   buffer whether it is read or not (std140; WebGL 2 refuses to draw). Returns 0 as glbk__gather_file does. */
 static int glbk__gather_blocks(glbk__list *list, const glbk_part *part, const char *text)
 {
     uint32_t i;

@@ -88,7 +88,7 @@ static const uint32_t glbk__store_buffer[2][2] = {
     { GLBK__PIXEL_PACK_BUFFER, GLBK__PIXEL_PACK_BUFFER_BINDING }
 };
 
-/* ES knows the first six for unpacking and the first four for packing. */
+/* Returns how many of them there are: ES knows the first six for unpacking, the first four for packing. */
 static int glbk__store_count(const glbk_context *ctx, int way)
 {
     return !ctx->es ? GLBK__STORE_COUNT : way == GLBK__UNPACK ? 6 : 4;

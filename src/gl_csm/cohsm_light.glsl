@@ -121,7 +121,7 @@ cohsm_light cohsm_light_open(uint base)
 
 bool cohsm_light_textured(const in cohsm_light l) { return (l.flags & 1u) != 0u; }
 
-// Sun, point and spot cannot be hit.
+// Returns whether a light is a sun, point or spot, which cannot be hit.
 bool cohsm_light_is_delta(const in cohsm_light l)
 {
     return COHSM_SHAPE_OF(l) >= COHSM_SHAPE_SUN && COHSM_SHAPE_OF(l) <= COHSM_SHAPE_SPOT;
@@ -235,7 +235,7 @@ bool cohsm_emit_area(const in cohsm_light l, const in cohsm_aim a, vec3 q, vec3 
 
 // ---- environment ----
 
-// Sets the emission of a texel of the sky in direction w.
+// Sets the emission of a texel of the sky in direction w; returns whether there is any.
 bool cohsm_environment_found(const in cohsm_light l, uvec2 cell, vec2 x, vec3 w, inout cohsm_emission e)
 {
     vec4 texel = cohsm_light_texel(l, cell.x, cell.y);
@@ -357,7 +357,7 @@ bool cohsm_aim_at(const in cohsm_light l, vec3 p, out cohsm_aim a)
 
 // ---- shapes ----
 
-// Sets the emission of a line at x along it, where the normal leaves the aim's axis by an angle of that sine.
+// Sets a line's emission at x, its normal off the aim's axis by an angle of that sine; returns whether any.
 bool cohsm_line_at(const in cohsm_light l, const in cohsm_aim a, float x, float sine, inout cohsm_emission e)
 {
     float cosine = cohsm_safe_sqrt(1.0 - sine * sine);
@@ -366,7 +366,7 @@ bool cohsm_line_at(const in cohsm_light l, const in cohsm_aim a, float x, float 
     return cohsm_emit_area(l, a, q, n, vec2(x, 0.0), cosine / (2.0 * a.spread * l.radius * l.lx), e);
 }
 
-// Sets the emission of a sphere where its normal is n.
+// Sets the emission of a sphere where its normal is n; returns whether the aim's point sees any.
 bool cohsm_sphere_at(const in cohsm_light l, const in cohsm_aim a, vec3 n, inout cohsm_emission e)
 {
     vec2 x = vec2(cohsm_clamp_unit(0.5 + cohsm_atan2(n.z, n.x) / (2.0 * COHSM_PI)),
@@ -394,7 +394,7 @@ bool cohsm_sphere_draw(const in cohsm_light l, const in cohsm_aim a, vec2 u, ino
     return cohsm_sphere_at(l, a, cohsm_normalize(t * (x * sc.y) + b * (x * sc.x) + a.axis * (-along / r)), e);
 }
 
-// Sets the emission of a sun, point or spot.
+// Sets the emission of a sun, point or spot; returns whether the aim's point sees any.
 bool cohsm_delta_draw(const in cohsm_light l, const in cohsm_aim a, inout cohsm_emission e)
 {
     float scale = 1.0;
@@ -417,7 +417,7 @@ bool cohsm_delta_draw(const in cohsm_light l, const in cohsm_aim a, inout cohsm_
 vec3 cohsm_light_corner(const in cohsm_light l, uint i) { return cohsm_floats(l.triangles_at + i).xyz; }
 
 // Draws a point of a mesh. Each triangle has three texels: a corner each and, in w of the first, the share of
-// all area up to the end of this triangle.
+// all area up to the end of that triangle. Returns whether the aim's point sees any light of it.
 bool cohsm_mesh_draw(const in cohsm_light l, const in cohsm_aim a, vec3 u, inout cohsm_emission e)
 {
     uint lo = 0u, hi = l.triangle_count - 1u;
@@ -455,7 +455,7 @@ void cohsm_surface_point(const in cohsm_light l, vec2 x, out vec3 q, out vec3 n,
     area = sqrt(dot(n, n));
 }
 
-// Draws a point of a surface, or of the user's own shape, whose third coordinate is u.z.
+// Draws a point of a surface, or of the user's own shape, for which u.z counts; returns whether it is seen.
 bool cohsm_shape_draw(const in cohsm_light l, const in cohsm_aim a, vec3 u, inout cohsm_emission e)
 {
     vec2 x = cohsm_pick_coords(l, u.xy);
@@ -496,7 +496,7 @@ bool cohsm_light_draw(const in cohsm_light l, const in cohsm_aim a, vec3 u, out 
     return cohsm_emit_area(l, a, q, l.n, x, 1.0 / l.area, e);
 }
 
-// Finds where a ray hits a rectangle or disc.
+// Returns whether a ray sees light of a rectangle or disc, whose emission there is set.
 bool cohsm_plane_hit(const in cohsm_light l, const in cohsm_aim a, vec3 w, inout cohsm_emission e)
 {
     vec3 d = a.p - l.origin;
@@ -513,7 +513,7 @@ bool cohsm_plane_hit(const in cohsm_light l, const in cohsm_aim a, vec3 w, inout
     return cohsm_emit_area(l, a, l.origin + d, l.n, x, 1.0 / l.area, e);
 }
 
-// Finds where a ray hits a sphere or line: at the nearer root, measured from the foot of the perpendicular.
+// Returns whether a ray sees light of a sphere or line, at the nearer root, by the foot of the perpendicular.
 bool cohsm_round_hit(const in cohsm_light l, const in cohsm_aim a, vec3 w, inout cohsm_emission e)
 {
     bool line = COHSM_SHAPE_OF(l) == COHSM_SHAPE_LINE;

@@ -50,7 +50,7 @@ void sfield_mix_kernel(uint kernel, float roughness, float facing, out float v[S
         }
 }
 
-// Returns kernel 0..5 in the world, for a unit normal and a unit vector to the eye: turned about z, about y,
+// Writes kernel 0..5 in the world, for a unit normal and a unit vector to the eye: turned about z, about y,
 // which is z between two quarter turns about x, and about z again.
 void sfield_kernel(uint kernel, float roughness, vec3 n, vec3 view, out float v[SFIELD_COEFS])
 {

@@ -125,7 +125,7 @@ float sfield_frames(uint field, float time, out uint before, out uint after)
     return t - float(before) < 1.0 ? t - float(before) : 0.0;
 }
 
-// Returns one channel of a field, times weight: the hidden share, or radiance at a time in seconds. Here as
+// Writes one channel of a field, times weight: the hidden share, or radiance at a time in seconds. Here as
 // below, loops with large bodies end at numbers that compilers do not know, lest they unroll the loops and
 // take seconds.
 void sfield_fetch(uint field, sfield_place at, uint channel, float time, float weight,
@@ -191,7 +191,7 @@ void sfield_product(uvec2 terms, float a[SFIELD_COEFS], float b[SFIELD_COEFS], o
 }
 #endif
 
-// Returns the basis at a unit direction.
+// Writes the basis at a unit direction.
 void sfield_basis(vec3 d, out float y[SFIELD_COEFS])
 {
     float c = 1.0, s = 0.0, diagonal = SFIELD_Y00;
@@ -213,7 +213,7 @@ void sfield_basis(vec3 d, out float y[SFIELD_COEFS])
     }
 }
 
-// Returns max(0, cosine) about a unit normal: T of a point that its own object does not shadow.
+// Writes max(0, cosine) about a unit normal: T of a point that its own object does not shadow.
 void sfield_cosine(vec3 n, out float t[SFIELD_COEFS])
 {
     const float a[8] =
@@ -223,7 +223,7 @@ void sfield_cosine(vec3 n, out float t[SFIELD_COEFS])
         for (int k = l * l; k < (l + 1) * (l + 1); k++) t[k] *= a[l];
 }
 
-// Returns Phong's lobe, (n + 2) / 2 pi cos^n about the mirrored view, with n in 1..1000.
+// Writes Phong's lobe, (n + 2) / 2 pi cos^n about the mirrored view, with n in 1..1000.
 void sfield_lobe(vec3 mirrored, float n, out float t[SFIELD_COEFS])
 {
     float before = (n + 2.0) / (n + 1.0), now = 1.0;

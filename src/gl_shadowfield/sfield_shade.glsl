@@ -97,7 +97,7 @@ void sfield_find(vec3 position, uint own, float d2, uint id, inout uint first, o
     }
 }
 
-// Returns the distance and the id of number i of those that were found.
+// Writes the squared distance and the id of number i of those that sfield_find found.
 void sfield_pick(float key[SFIELD_BATCH], uint name[SFIELD_BATCH], uint i, out float d2, out uint id)
 {
     d2 = key[0];
@@ -246,7 +246,7 @@ void sfield_apply(float o[SFIELD_COEFS], inout float t[SFIELD_COEFS])
 }
 
 #if SFIELD_EXP
-// Returns the exponential of a sum of logarithms. The constant is taken apart; of the rest h, exp(h) = (1 +
+// Writes the exponential of a sum of logarithms. The constant is taken apart; of the rest h, exp(h) = (1 +
 // h/s + (h/s)^2/2 + (h/s)^3/6)^s, where the power of two s is so large that |h/s| is small.
 void sfield_exponentiate(float h[SFIELD_COEFS], out float e[SFIELD_COEFS])
 {
