@@ -233,10 +233,11 @@ COHSM_DEF cohsm_result cohsm_build(const struct cohsm_desc *desc, const struct c
             location), COHSM_ERR_LIMIT (2^31 corners, maps of 4 GiB), COHSM_ERR_ALLOC, COHSM_ERR_CANCELLED
    Cost     Time grows with maps x (triangles + pixels). The memory needed is the sum of these, for N maps of
             M pixels a side, of which a shard has n pixels (M^2 without shards): at most 100 bytes a triangle
-            at first, then 40 (44 with a mask); 32 views, or 64 if M is at most 128, of 4 M^2 bytes (Z1Z2) or
-            8 M^2; 800,000; 80 n; 4 N (20 N with locations); 16 bytes a segment of the last 65,536 maps; and
-            twice the block. For COHSM_LAYOUT_FAST the trays come on top, and while they are made what
-            cohsm_open_as says */
+            at first, then 40 (44 with a mask); 32 views of 4 M^2 bytes (Z1Z2) or 8 M^2, if M is at most 128
+            64 views (with a parallel_for 128); 800,000 (with a parallel_for 1,500,000); 80 n; 4 N (20 N with
+            locations); 16 bytes a segment of the last 65,536 maps; and twice the block. While defaults of
+            order and orientation are tried, up to 34 MB and 20 M^2 come on top. For COHSM_LAYOUT_FAST the
+            trays do, and while they are made what cohsm_open_as says */
 #endif
 
 COHSM_DEF cohsm_result cohsm_visible(const cohsm_maps *maps, const struct cohsm_query *query, float *visible,
@@ -3824,8 +3825,8 @@ static void cohsm__lay_raw(cohsm__layout *l, uint32_t *lookup, const uint32_t *l
 
 enum {
     COHSM__RANGES = 16,
-    COHSM__BATCH = 64,                  /* views that are drawn before they are compressed, the most */
-    COHSM__BATCH_SIDE = 128             /* M beyond which a batch has half as many, for want of memory */
+    COHSM__BATCH = 128,                 /* views that are drawn before they are compressed, the most */
+    COHSM__BATCH_SIDE = 128             /* M beyond which a batch has a quarter, for want of memory */
 };
 
 typedef struct cohsm__record {          /* a closed segment on its way to a list */
@@ -3924,10 +3925,11 @@ static void cohsm__close_open_segment(cohsm_builder *b, cohsm__range *r, uint32_
 
 /* Makes sure that the last page of a range has room for the records of so many pixels of one view, which may
    close two segments a pixel: the one that was open before, and one of an exact depth. Returns 0 if a new
-   page is needed and there is no spare one. */
+   page is needed and there is no spare one. Who counts segments alone keeps no records. */
 static int cohsm__page_ready(const cohsm_builder *b, cohsm__range *r, uint32_t pixels)
 {
     cohsm__page *p = r->last;
+    if (p && b->counting) p->count = 0;
     if (p && p->count + 2 * pixels <= b->page_records) return 1;
     if (!r->spare) return 0;
     p = r->spare;
@@ -7422,15 +7424,15 @@ COHSM__KERNEL static void cohsm__draw_queue(const cohsm__target *t, const cohsm_
 
     for (at = 0; at + COHSM__LANE_COUNT <= s->count + most; at += COHSM__LANE_COUNT)
         cohsm__draw_specks(t, s, at, &q->hits);
-    for (k = 0; at < s->count && k < 3; k++) {
+    for (k = 0; at && at < s->count && k < 3; k++) {
         memcpy(s->corner[k], s->corner[k] + at, COHSM__LANE_COUNT * sizeof s->corner[k][0]);
         memcpy(s->z[k], s->z[k] + at, COHSM__LANE_COUNT * sizeof s->z[k][0]);
     }
-    memcpy(s->pixel, s->pixel + at, COHSM__LANE_COUNT * sizeof s->pixel[0]);
+    if (at) memcpy(s->pixel, s->pixel + at, COHSM__LANE_COUNT * sizeof s->pixel[0]);
     s->count -= cohsm__min_u32(at, s->count);
     for (at = 0; at + COHSM__LANE_COUNT <= q->count + most; at += COHSM__LANE_COUNT)
         cohsm__draw_some(t, cam, q, at, &q->hits);
-    for (k = 0; at < q->count && k < 3; k++) {
+    for (k = 0; at && at < q->count && k < 3; k++) {
         memcpy(q->x[k], q->x[k] + at, COHSM__LANE_COUNT * sizeof q->x[k][0]);
         memcpy(q->y[k], q->y[k] + at, COHSM__LANE_COUNT * sizeof q->y[k][0]);
         memcpy(q->z[k], q->z[k] + at, COHSM__LANE_COUNT * sizeof q->z[k][0]);
@@ -8840,6 +8842,13 @@ static void cohsm__drop_builder(cohsm_builder *b, cohsm__counted_heap *heap)
     cohsm_builder_free(b);
 }
 
+/* Returns how many views a batch has: with threads as many as give each of 16 one column of them. */
+static uint32_t cohsm__batch_views(const cohsm_desc *d)
+{
+    if (d->map_side > (uint32_t)COHSM__BATCH_SIDE) return (uint32_t)COHSM__BATCH / 4u;
+    return (uint32_t)COHSM__BATCH / (d->system.parallel_for ? 1u : 2u);
+}
+
 /* Makes a builder of a desc that is checked and complete. On success the builder's heap takes over what heap
    had counted. */
 static cohsm_result cohsm__builder_make(const cohsm_desc *desc, cohsm__counted_heap *heap,
@@ -8860,7 +8869,7 @@ static cohsm_result cohsm__builder_make(const cohsm_desc *desc, cohsm__counted_h
     b->thickness = desc->open_thickness * (b->head.positional ? 2.0f : 65536.0f) / (float)desc->map_side;
     b->keep = desc->layers == COHSM_LAYERS_Z1Z2 ? 2 : 4;
     b->batch_size = desc->map_side * desc->map_side * b->keep;
-    b->batch_views = (uint32_t)COHSM__BATCH / (desc->map_side <= (uint32_t)COHSM__BATCH_SIDE ? 1u : 2u);
+    b->batch_views = cohsm__batch_views(desc);
     if (!cohsm__mul_size(n, cohsm__chunks(&b->head), &lookup) || lookup > UINT32_MAX / 4) {
         cohsm__heap_free(heap, b, 1, sizeof *b);
         return COHSM_ERR_LIMIT;
@@ -10117,18 +10126,19 @@ typedef struct cohsm__shelf { uint16_t *z; int filled; } cohsm__shelf;
 /* The views of a batch that are drawn together. */
 typedef struct cohsm__group { uint32_t view[COHSM__ABREAST], count; } cohsm__group;
 
-/* A batch of a Hilbert curve is eight columns of eight views. */
+/* A batch of a Hilbert curve is eight columns of eight views, or 16 with threads: for each task a column. */
 enum { COHSM__COLUMNS = (int)COHSM__BATCH / (int)COHSM__ABREAST };
 
 typedef struct cohsm__job {
     cohsm_builder *builder;
     const cohsm__soup *soup;
     const cohsm__shelf *shelf;          /* NULL: none */
-    cohsm__column *columns;             /* COHSM__COLUMNS of them; NULL: every view is drawn alone */
-    void *memory;                       /* where these lie, on whole cache lines */
+    cohsm__column *columns;             /* NULL: every view is drawn alone */
+    uint32_t column_count;
+    void *memory;                       /* where the columns lie, on whole cache lines */
     int simd;
     cohsm__camera cameras[COHSM__BATCH];
-    cohsm__group groups[COHSM__BATCH];  /* no more than COHSM__COLUMNS of views that are drawn together */
+    cohsm__group groups[COHSM__BATCH];  /* no more than column_count of views that are drawn together */
     uint32_t group_count;
 } cohsm__job;
 
@@ -10200,7 +10210,7 @@ static cohsm__group *cohsm__group_of(cohsm__job *job, const cohsm__camera *cam)
         for (k = 0; k < job->groups[g].count; k++)
             if (cohsm__right_is_same(job->cameras + job->groups[g].view[k], cam)) return job->groups + g;
     }
-    if (space && job->group_count == COHSM__COLUMNS) return space;
+    if (space && job->group_count == job->column_count) return space;
     job->groups[job->group_count].count = 0;
     return job->groups + job->group_count++;
 }
@@ -10230,6 +10240,11 @@ static void cohsm__group_views(cohsm__job *job)
     }
 }
 
+static size_t cohsm__column_bytes(const cohsm__job *job)
+{
+    return job->column_count * sizeof *job->columns + COHSM__LINE_BYTES;
+}
+
 /* Makes ready to draw batches; shelf: NULL = none. Returns 0 if memory runs out, when nothing has begun. */
 static int cohsm__job_begin(cohsm__job *job, cohsm_builder *b, const cohsm__soup *soup,
                             const cohsm__shelf *shelf)
@@ -10240,11 +10255,12 @@ static int cohsm__job_begin(cohsm__job *job, cohsm_builder *b, const cohsm__soup
     job->shelf = shelf;
     job->simd = cohsm__simd();
     if (!cohsm__draws_columns(b, soup)) return 1;
-    job->memory = cohsm__heap_alloc(&b->heap, COHSM__COLUMNS * sizeof *job->columns + COHSM__LINE_BYTES, 1);
+    job->column_count = (uint32_t)COHSM__COLUMNS / (b->desc.system.parallel_for ? 1u : 2u);
+    job->memory = cohsm__heap_alloc(&b->heap, cohsm__column_bytes(job), 1);
     if (!job->memory) return 0;
     /* Kernels compute with whole vectors, also of entries that nothing was written to, and leave these out
        later. */
-    memset(job->memory, 0, COHSM__COLUMNS * sizeof *job->columns + COHSM__LINE_BYTES);
+    memset(job->memory, 0, cohsm__column_bytes(job));
     job->columns = (cohsm__column *)(void *)(
         (char *)job->memory + (0u - (uintptr_t)job->memory) % COHSM__LINE_BYTES);
     return 1;
@@ -10252,8 +10268,7 @@ static int cohsm__job_begin(cohsm__job *job, cohsm_builder *b, const cohsm__soup
 
 static void cohsm__job_end(cohsm__job *job)
 {
-    cohsm__heap_free(&job->builder->heap, job->memory,
-                     COHSM__COLUMNS * sizeof *job->columns + COHSM__LINE_BYTES, 1);
+    cohsm__heap_free(&job->builder->heap, job->memory, cohsm__column_bytes(job), 1);
 }
 
 /* Draws the views of the batch. */

@@ -40,10 +40,11 @@ COHSM_DEF cohsm_result cohsm_build(const struct cohsm_desc *desc, const struct c
             location), COHSM_ERR_LIMIT (2^31 corners, maps of 4 GiB), COHSM_ERR_ALLOC, COHSM_ERR_CANCELLED
    Cost     Time grows with maps x (triangles + pixels). The memory needed is the sum of these, for N maps of
             M pixels a side, of which a shard has n pixels (M^2 without shards): at most 100 bytes a triangle
-            at first, then 40 (44 with a mask); 32 views, or 64 if M is at most 128, of 4 M^2 bytes (Z1Z2) or
-            8 M^2; 800,000; 80 n; 4 N (20 N with locations); 16 bytes a segment of the last 65,536 maps; and
-            twice the block. For COHSM_LAYOUT_FAST the trays come on top, and while they are made what
-            cohsm_open_as says */
+            at first, then 40 (44 with a mask); 32 views of 4 M^2 bytes (Z1Z2) or 8 M^2, if M is at most 128
+            64 views (with a parallel_for 128); 800,000 (with a parallel_for 1,500,000); 80 n; 4 N (20 N with
+            locations); 16 bytes a segment of the last 65,536 maps; and twice the block. While defaults of
+            order and orientation are tried, up to 34 MB and 20 M^2 come on top. For COHSM_LAYOUT_FAST the
+            trays do, and while they are made what cohsm_open_as says */
 #endif
 
 COHSM_DEF cohsm_result cohsm_visible(const cohsm_maps *maps, const struct cohsm_query *query, float *visible,

@@ -7,18 +7,19 @@ typedef struct cohsm__shelf { uint16_t *z; int filled; } cohsm__shelf;
 /* The views of a batch that are drawn together. */
 typedef struct cohsm__group { uint32_t view[COHSM__ABREAST], count; } cohsm__group;
 
-/* A batch of a Hilbert curve is eight columns of eight views. */
+/* A batch of a Hilbert curve is eight columns of eight views, or 16 with threads: for each task a column. */
 enum { COHSM__COLUMNS = (int)COHSM__BATCH / (int)COHSM__ABREAST };
 
 typedef struct cohsm__job {
     cohsm_builder *builder;
     const cohsm__soup *soup;
     const cohsm__shelf *shelf;          /* NULL: none */
-    cohsm__column *columns;             /* COHSM__COLUMNS of them; NULL: every view is drawn alone */
-    void *memory;                       /* where these lie, on whole cache lines */
+    cohsm__column *columns;             /* NULL: every view is drawn alone */
+    uint32_t column_count;
+    void *memory;                       /* where the columns lie, on whole cache lines */
     int simd;
     cohsm__camera cameras[COHSM__BATCH];
-    cohsm__group groups[COHSM__BATCH];  /* no more than COHSM__COLUMNS of views that are drawn together */
+    cohsm__group groups[COHSM__BATCH];  /* no more than column_count of views that are drawn together */
     uint32_t group_count;
 } cohsm__job;
 
@@ -90,7 +91,7 @@ static cohsm__group *cohsm__group_of(cohsm__job *job, const cohsm__camera *cam)
         for (k = 0; k < job->groups[g].count; k++)
             if (cohsm__right_is_same(job->cameras + job->groups[g].view[k], cam)) return job->groups + g;
     }
-    if (space && job->group_count == COHSM__COLUMNS) return space;
+    if (space && job->group_count == job->column_count) return space;
     job->groups[job->group_count].count = 0;
     return job->groups + job->group_count++;
 }
@@ -120,6 +121,11 @@ static void cohsm__group_views(cohsm__job *job)
     }
 }
 
+static size_t cohsm__column_bytes(const cohsm__job *job)
+{
+    return job->column_count * sizeof *job->columns + COHSM__LINE_BYTES;
+}
+
 /* Makes ready to draw batches; shelf: NULL = none. Returns 0 if memory runs out, when nothing has begun. */
 static int cohsm__job_begin(cohsm__job *job, cohsm_builder *b, const cohsm__soup *soup,
                             const cohsm__shelf *shelf)
@@ -130,11 +136,12 @@ static int cohsm__job_begin(cohsm__job *job, cohsm_builder *b, const cohsm__soup
     job->shelf = shelf;
     job->simd = cohsm__simd();
     if (!cohsm__draws_columns(b, soup)) return 1;
-    job->memory = cohsm__heap_alloc(&b->heap, COHSM__COLUMNS * sizeof *job->columns + COHSM__LINE_BYTES, 1);
+    job->column_count = (uint32_t)COHSM__COLUMNS / (b->desc.system.parallel_for ? 1u : 2u);
+    job->memory = cohsm__heap_alloc(&b->heap, cohsm__column_bytes(job), 1);
     if (!job->memory) return 0;
     /* Kernels compute with whole vectors, also of entries that nothing was written to, and leave these out
        later. */
-    memset(job->memory, 0, COHSM__COLUMNS * sizeof *job->columns + COHSM__LINE_BYTES);
+    memset(job->memory, 0, cohsm__column_bytes(job));
     job->columns = (cohsm__column *)(void *)(
         (char *)job->memory + (0u - (uintptr_t)job->memory) % COHSM__LINE_BYTES);
     return 1;
@@ -142,8 +149,7 @@ static int cohsm__job_begin(cohsm__job *job, cohsm_builder *b, const cohsm__soup
 
 static void cohsm__job_end(cohsm__job *job)
 {
-    cohsm__heap_free(&job->builder->heap, job->memory,
-                     COHSM__COLUMNS * sizeof *job->columns + COHSM__LINE_BYTES, 1);
+    cohsm__heap_free(&job->builder->heap, job->memory, cohsm__column_bytes(job), 1);
 }
 
 /* Draws the views of the batch. */

@@ -2,8 +2,8 @@
 
 enum {
     COHSM__RANGES = 16,
-    COHSM__BATCH = 64,                  /* views that are drawn before they are compressed, the most */
-    COHSM__BATCH_SIDE = 128             /* M beyond which a batch has half as many, for want of memory */
+    COHSM__BATCH = 128,                 /* views that are drawn before they are compressed, the most */
+    COHSM__BATCH_SIDE = 128             /* M beyond which a batch has a quarter, for want of memory */
 };
 
 typedef struct cohsm__record {          /* a closed segment on its way to a list */
@@ -102,10 +102,11 @@ static void cohsm__close_open_segment(cohsm_builder *b, cohsm__range *r, uint32_
 
 /* Makes sure that the last page of a range has room for the records of so many pixels of one view, which may
    close two segments a pixel: the one that was open before, and one of an exact depth. Returns 0 if a new
-   page is needed and there is no spare one. */
+   page is needed and there is no spare one. Who counts segments alone keeps no records. */
 static int cohsm__page_ready(const cohsm_builder *b, cohsm__range *r, uint32_t pixels)
 {
     cohsm__page *p = r->last;
+    if (p && b->counting) p->count = 0;
     if (p && p->count + 2 * pixels <= b->page_records) return 1;
     if (!r->spare) return 0;
     p = r->spare;

@@ -58,6 +58,13 @@ static void cohsm__drop_builder(cohsm_builder *b, cohsm__counted_heap *heap)
     cohsm_builder_free(b);
 }
 
+/* Returns how many views a batch has: with threads as many as give each of 16 one column of them. */
+static uint32_t cohsm__batch_views(const cohsm_desc *d)
+{
+    if (d->map_side > (uint32_t)COHSM__BATCH_SIDE) return (uint32_t)COHSM__BATCH / 4u;
+    return (uint32_t)COHSM__BATCH / (d->system.parallel_for ? 1u : 2u);
+}
+
 /* Makes a builder of a desc that is checked and complete. On success the builder's heap takes over what heap
    had counted. */
 static cohsm_result cohsm__builder_make(const cohsm_desc *desc, cohsm__counted_heap *heap,
@@ -78,7 +85,7 @@ static cohsm_result cohsm__builder_make(const cohsm_desc *desc, cohsm__counted_h
     b->thickness = desc->open_thickness * (b->head.positional ? 2.0f : 65536.0f) / (float)desc->map_side;
     b->keep = desc->layers == COHSM_LAYERS_Z1Z2 ? 2 : 4;
     b->batch_size = desc->map_side * desc->map_side * b->keep;
-    b->batch_views = (uint32_t)COHSM__BATCH / (desc->map_side <= (uint32_t)COHSM__BATCH_SIDE ? 1u : 2u);
+    b->batch_views = cohsm__batch_views(desc);
     if (!cohsm__mul_size(n, cohsm__chunks(&b->head), &lookup) || lookup > UINT32_MAX / 4) {
         cohsm__heap_free(heap, b, 1, sizeof *b);
         return COHSM_ERR_LIMIT;

@@ -273,15 +273,15 @@ COHSM__KERNEL static void cohsm__draw_queue(const cohsm__target *t, const cohsm_
 
     for (at = 0; at + COHSM__LANE_COUNT <= s->count + most; at += COHSM__LANE_COUNT)
         cohsm__draw_specks(t, s, at, &q->hits);
-    for (k = 0; at < s->count && k < 3; k++) {
+    for (k = 0; at && at < s->count && k < 3; k++) {
         memcpy(s->corner[k], s->corner[k] + at, COHSM__LANE_COUNT * sizeof s->corner[k][0]);
         memcpy(s->z[k], s->z[k] + at, COHSM__LANE_COUNT * sizeof s->z[k][0]);
     }
-    memcpy(s->pixel, s->pixel + at, COHSM__LANE_COUNT * sizeof s->pixel[0]);
+    if (at) memcpy(s->pixel, s->pixel + at, COHSM__LANE_COUNT * sizeof s->pixel[0]);
     s->count -= cohsm__min_u32(at, s->count);
     for (at = 0; at + COHSM__LANE_COUNT <= q->count + most; at += COHSM__LANE_COUNT)
         cohsm__draw_some(t, cam, q, at, &q->hits);
-    for (k = 0; at < q->count && k < 3; k++) {
+    for (k = 0; at && at < q->count && k < 3; k++) {
         memcpy(q->x[k], q->x[k] + at, COHSM__LANE_COUNT * sizeof q->x[k][0]);
         memcpy(q->y[k], q->y[k] + at, COHSM__LANE_COUNT * sizeof q->y[k][0]);
         memcpy(q->z[k], q->z[k] + at, COHSM__LANE_COUNT * sizeof q->z[k][0]);

@@ -787,6 +787,8 @@ static void bytes_do_not_depend_on_threads(void **state)
                 d.system.user = &t;
                 many = build(&d, &m, &s);
                 assert_true(same_bytes(one, many));
+                assert_true(s.peak_bytes >= s1.peak_bytes);     /* with threads there are more views in a batch */
+                s.peak_bytes = s1.peak_bytes;
                 assert_memory_equal(&s, &s1, sizeof s);
                 assert_int_equal(cohsm_verify(many, &d.system, &mesh, &r), COHSM_OK);
                 assert_int_equal(r.wrong, 0);
@@ -1011,30 +1013,46 @@ static void the_rasteriser_agrees_with_rays(void **state)
 
 /* ---- memory and progress ---- */
 
+/* Counts the tasks of the first call, by which a build draws its first batch. */
+static void count_tasks(void *user, size_t count, cohsm_task task, void *context)
+{
+    size_t *first = (size_t *)user, i;
+    if (!*first) *first = count;
+    for (i = 0; i < count; i++) task(context, i);
+}
+
 /* As documented at cohsm_build; all segments, where it says those of the last 65,536 maps. */
 static double documented_bytes(const cohsm_desc *d, size_t triangles, uint32_t maps, uint64_t segments, size_t block)
 {
-    double n = (double)d->map_side * d->map_side, t = 40.0 * (double)triangles, whole;
-    whole = t + 8e5 + (d->map_side <= 128 ? 64 : 32) * (d->layers == COHSM_LAYERS_Z1Z2 ? 4.0 : 8.0) * n + 80 * n +
-            4.0 * maps + 16.0 * (double)segments + 2.0 * (double)block;
+    const double m = (double)d->map_side * d->map_side, n = d->pixel_end ? d->pixel_end - d->pixel_begin : m;
+    const int views = d->map_side > 128 ? 32 : d->system.parallel_for ? 128 : 64;
+    double t = 40.0 * (double)triangles, whole;
+    whole = t + (d->system.parallel_for ? 15e5 : 8e5) + views * (d->layers == COHSM_LAYERS_Z1Z2 ? 4.0 : 8.0) * m +
+            80 * n + 4.0 * maps + 16.0 * (double)segments + 2.0 * (double)block;
+    /* From 32 maps a side on a trial has a quarter of these, of M / 2 pixels a side, and keeps all views: 4 bytes. */
+    if (d->order == COHSM_ORDER_DEFAULT) whole += 20 * m + (maps * m / 16 < 34e6 ? maps * m / 16 : 34e6);
     return whole > 100.0 * (double)triangles ? whole : 100.0 * (double)triangles;
 }
 
 static void peak_memory_is_as_documented(void **state)
 {
     model m = model_soup(2000, 0.05, 3);
-    static const uint32_t sides[4] = { 4, 16, 40, 300 };
+    static const uint32_t sides[6] = { 4, 16, 40, 300, 40, 96 };
+    size_t tasks = 0;
     int i, wrong = 0;
     (void)state;
-    for (i = 0; i < 4; i++) {
-        cohsm_desc d = desc_of(COHSM_DOMAIN_LATLONG, sides[i], i == 3 ? 8 : 64);
+    for (i = 0; i < 6; i++) {
+        cohsm_desc d = desc_of(COHSM_DOMAIN_LATLONG, sides[i], i == 3 ? 8 : i == 5 ? 128 : 64);
         cohsm_stats s;
         cohsm_info info;
         cohsm_maps *maps;
         ledger l;
         double bound;
         d.layers = i == 1 ? COHSM_LAYERS_Z1Z3_SPHERE : COHSM_LAYERS_Z1Z2;
-        d.order = COHSM_ORDER_HILBERT;
+        d.order = i == 5 ? COHSM_ORDER_DEFAULT : COHSM_ORDER_HILBERT;
+        if (i == 4) d.system.parallel_for = count_tasks;
+        if (i == 4) d.system.user = &tasks;
+        if (i == 5) d.pixel_end = 256;          /* of a small shard, what the trials take is most of all */
         d.system.allocator = ledger_allocator(&l);
         maps = build(&d, &m, &s);
         cohsm_get_info(maps, &info);
@@ -1048,6 +1066,30 @@ static void peak_memory_is_as_documented(void **state)
         assert_int_equal(l.wrong, 0);
     }
     assert_int_equal(wrong, 0);
+    model_free(&m);
+}
+
+/* Whatever axes the views of a batch have, sixteen threads have a task each; of maps beyond 128 pixels, whose batches
+   have 32 views, if these have several axes to the right. */
+static void a_batch_is_drawn_by_sixteen_tasks(void **state)
+{
+    static const cohsm_order orders[3] = { COHSM_ORDER_HILBERT, COHSM_ORDER_SCANLINE, COHSM_ORDER_ZIGZAG_THETA };
+    model m = model_sphere(12, 8, 0.1);
+    int i;
+    (void)state;
+    for (i = 0; i < 12; i++) {
+        cohsm_desc d = desc_of(COHSM_DOMAIN_LATLONG, 32, i < 6 ? 16 : 132);
+        size_t tasks = 0;
+        d.order = orders[i % 3];
+        d.orientation = i % 2 ? COHSM_ORIENTATION_TWO_POLES : COHSM_ORIENTATION_POLAR;
+        if (i >= 6) d.pixel_end = 132;
+        d.system.parallel_for = count_tasks;
+        d.system.user = &tasks;
+        cohsm_free(build(&d, &m, NULL));
+        if (tasks != (i < 6 || i % 2 || i % 3 == 1 ? 16 : 4))
+            fail_msg("M %u, order %d, orientation %d: %lu tasks", d.map_side, (int)d.order, (int)d.orientation,
+                     (unsigned long)tasks);
+    }
     model_free(&m);
 }
 
@@ -1260,6 +1302,7 @@ int main(void)
         cmocka_unit_test(all_kernels_draw_what_single_triangles_draw),
         cmocka_unit_test(the_rasteriser_agrees_with_rays),
         cmocka_unit_test(peak_memory_is_as_documented),
+        cmocka_unit_test(a_batch_is_drawn_by_sixteen_tasks),
         cmocka_unit_test(progress_rises_and_cancels_without_a_trace),
         cmocka_unit_test(a_budget_is_one_progress),
         cmocka_unit_test(calls_that_build_nothing_tell_progress_and_cancel_without_a_trace),
