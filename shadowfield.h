@@ -3337,7 +3337,7 @@ static int sfield__checksum(const sfield_field *f, const sfield__part *part, uin
 }
 
 /* Returns whether coefficient k of group g is everywhere `ratio` times coefficient `of`, to the bits that are
-   kept. The first coefficient of the latter's channel says how much that is. */
+   kept. The first coefficient of the channel that `of` is in says how much that is. */
 static int sfield__is_multiple(const sfield_field *f, uint32_t g, uint32_t k, uint32_t of, float ratio)
 {
     const size_t stride = f->h.stride, samples = f->h.samples / (f->h.shells * f->h.frames);
@@ -5957,8 +5957,8 @@ SFIELD_DEF sfield_result sfield_place(const sfield_desc *desc, const sfield_mesh
 
 #ifndef SFIELD_WITHOUT_BUILD
 /* The light that a diffuse body sends on is a sum over patches: how bright each is now, times what it would
-   radiate into the space around with a radiance of 1. The latter are source fields, three patches to a frame
-   and one to a channel. */
+   radiate into the space around with a radiance of 1. What it would radiate is kept in source fields, three
+   patches to a frame and one to a channel. */
 
 enum { SFIELD__PATCH_POINTS = 4, SFIELD__MOST_PATCHES = 192 };
 
@@ -6411,7 +6411,7 @@ struct sfield_scene {
     float            *sky_now;      /* harmonics: 3 x n^2; wavelets: 3 x 6 N^2 texels, then their
                                        coefficients */
     float            *sky_still;    /* harmonics: as set, not turned */
-    float            *sun;          /* likewise, not turned */
+    float            *sun;          /* of the sun, as set, not turned */
     int               has_sky, has_sun;
     float             sky_turn[16];
     float            *texel;        /* x, y, z, solid angle: four planes of 6 N^2 */
@@ -8512,7 +8512,7 @@ SFIELD__KERNEL static void sfield__eight_times(const sfield__eight *c, const sfi
     sfield__add_parts(part, sum);
 }
 
-/* Does the same for coefficients that are in planes already; the sums have the same bits. */
+/* Does what sfield__eight_times does, with the same bits, for coefficients that are in planes already. */
 SFIELD__KERNEL static void sfield__planes_times(const float *planes, const float *t, uint32_t n, float *sum)
 {
     sfield__lanes part[8];
@@ -11129,7 +11129,7 @@ static const float *sfield__value_of(const float *base, size_t stride, size_t i)
    for a grid of both, in the frame in which the normal is z and the view lies in the plane of x and z.
    Kernels are even in y there, so that only the coefficients of order m >= 0 are not 0. Each kernel is kept
    twice: times the cosine, and without it for points whose self-visibility brings the cosine along. The
-   latter are continued below the horizon, where their partner is 0, by |cos|: the less they jump there, the
+   second are continued below the horizon, where their partner is 0, by |cos|: the less they jump there, the
    less of the product is lost in the bands. */
 enum {
     SFIELD__DIFFUSE, SFIELD__FACING, SFIELD__GRAZING, SFIELD__KERNELS,

@@ -2717,7 +2717,7 @@ typedef struct glbk__sfield_stage {
     glbk_result result;             /* of the first upload that failed */
 } glbk__sfield_stage;
 
-/* Returns the little-endian number at p. The next function returns a float. */
+/* Returns the little-endian number at p; glbk__sfield_float returns a float. */
 static uint32_t glbk__sfield_word(const uint8_t *p)
 {
     return (uint32_t)p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 | (uint32_t)p[3] << 24;
@@ -3847,8 +3847,8 @@ static glbk__sfield_lists glbk__sfield_lists_of(const uint8_t *bytes, const glbk
     return l;
 }
 
-/* Returns the bytes of entry i, and finds the entries of a face of a sample from *from on, up to *end; those
-   of the next face begin there. */
+/* Returns the bytes of entry i. glbk__sfield_face moves *end past those entries of a sample whose number is
+   below `texels`: there the entries of the next face begin. */
 static const uint8_t *glbk__sfield_entry(const glbk__sfield_lists *l, size_t i)
 {
     return l->entries + 4 * i * l->words;
@@ -4562,8 +4562,8 @@ static size_t glbk__sfield_values(const glbk_sfield_builder *b)
     return b->bands ? (size_t)b->bands * b->bands : (size_t)6 * b->side * b->side;
 }
 
-/* Returns how many corners all triangles have. The next two functions return the vertex of a corner and a
-   vertex's place. */
+/* Returns how many corners all triangles have. glbk__sfield_mesh_index returns the vertex of a corner,
+   glbk__sfield_vertex the place of a vertex. */
 static size_t glbk__sfield_mesh_corners(const sfield_mesh *m)
 {
     return m->indices || m->indices16 ? m->index_count : m->vertex_count;

@@ -79,7 +79,7 @@ static int glbk__csm_kind_valid(const glbk__csm_logger *log, lsamp_light_kind ki
 
 /* ---- csm: meshes that emit ---- */
 
-/* Returns the corners of all triangles, and below the vertex of a corner, and its place. */
+/* Returns how many corners triangles have; glbk__csm_corner_index returns the vertex of one of them. */
 static size_t glbk__csm_corner_count(const lsamp_mesh *m)
 {
     return m->indices || m->indices16 ? m->index_count : m->vertex_count;
@@ -145,8 +145,8 @@ static glbk_result glbk__csm_check_mesh(const glbk__csm_logger *log, const lsamp
 
 /* ---- csm: what a light may be ---- */
 
-/* Returns 1 if the texture of a light is right for its kind, else logs why not and returns 0; the next two
-   likewise, of its shape and of all of it. */
+/* Returns 1 if the texture of a light is right for its kind, else logs why not and returns 0. So do
+   glbk__csm_shape_valid, of its shape, and glbk__csm_light_valid, of all of it. */
 static int glbk__csm_texels_valid(const glbk__csm_logger *log, const lsamp_light_desc *d)
 {
     const int hard = d->kind == LSAMP_LIGHT_SUN || d->kind == LSAMP_LIGHT_POINT ||

@@ -13,8 +13,8 @@ static size_t glbk__sfield_values(const glbk_sfield_builder *b)
     return b->bands ? (size_t)b->bands * b->bands : (size_t)6 * b->side * b->side;
 }
 
-/* Returns how many corners all triangles have. The next two functions return the vertex of a corner and a
-   vertex's place. */
+/* Returns how many corners all triangles have. glbk__sfield_mesh_index returns the vertex of a corner,
+   glbk__sfield_vertex the place of a vertex. */
 static size_t glbk__sfield_mesh_corners(const sfield_mesh *m)
 {
     return m->indices || m->indices16 ? m->index_count : m->vertex_count;

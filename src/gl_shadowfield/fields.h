@@ -93,7 +93,7 @@ typedef struct glbk__sfield_stage {
     glbk_result result;             /* of the first upload that failed */
 } glbk__sfield_stage;
 
-/* Returns the little-endian number at p. The next function returns a float. */
+/* Returns the little-endian number at p; glbk__sfield_float returns a float. */
 static uint32_t glbk__sfield_word(const uint8_t *p)
 {
     return (uint32_t)p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 | (uint32_t)p[3] << 24;

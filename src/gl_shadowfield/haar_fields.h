@@ -32,8 +32,8 @@ static glbk__sfield_lists glbk__sfield_lists_of(const uint8_t *bytes, const glbk
     return l;
 }
 
-/* Returns the bytes of entry i, and finds the entries of a face of a sample from *from on, up to *end; those
-   of the next face begin there. */
+/* Returns the bytes of entry i. glbk__sfield_face moves *end past those entries of a sample whose number is
+   below `texels`: there the entries of the next face begin. */
 static const uint8_t *glbk__sfield_entry(const glbk__sfield_lists *l, size_t i)
 {
     return l->entries + 4 * i * l->words;

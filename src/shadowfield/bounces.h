@@ -2,8 +2,8 @@
 
 #ifndef SFIELD_WITHOUT_BUILD
 /* The light that a diffuse body sends on is a sum over patches: how bright each is now, times what it would
-   radiate into the space around with a radiance of 1. The latter are source fields, three patches to a frame
-   and one to a channel. */
+   radiate into the space around with a radiance of 1. What it would radiate is kept in source fields, three
+   patches to a frame and one to a channel. */
 
 enum { SFIELD__PATCH_POINTS = 4, SFIELD__MOST_PATCHES = 192 };
 

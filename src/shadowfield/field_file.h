@@ -55,7 +55,7 @@ static int sfield__checksum(const sfield_field *f, const sfield__part *part, uin
 }
 
 /* Returns whether coefficient k of group g is everywhere `ratio` times coefficient `of`, to the bits that are
-   kept. The first coefficient of the latter's channel says how much that is. */
+   kept. The first coefficient of the channel that `of` is in says how much that is. */
 static int sfield__is_multiple(const sfield_field *f, uint32_t g, uint32_t k, uint32_t of, float ratio)
 {
     const size_t stride = f->h.stride, samples = f->h.samples / (f->h.shells * f->h.frames);

@@ -17,7 +17,7 @@ static const float *sfield__value_of(const float *base, size_t stride, size_t i)
    for a grid of both, in the frame in which the normal is z and the view lies in the plane of x and z.
    Kernels are even in y there, so that only the coefficients of order m >= 0 are not 0. Each kernel is kept
    twice: times the cosine, and without it for points whose self-visibility brings the cosine along. The
-   latter are continued below the horizon, where their partner is 0, by |cos|: the less they jump there, the
+   second are continued below the horizon, where their partner is 0, by |cos|: the less they jump there, the
    less of the product is lost in the bands. */
 enum {
     SFIELD__DIFFUSE, SFIELD__FACING, SFIELD__GRAZING, SFIELD__KERNELS,

@@ -159,7 +159,7 @@ SFIELD__KERNEL static void sfield__eight_times(const sfield__eight *c, const sfi
     sfield__add_parts(part, sum);
 }
 
-/* Does the same for coefficients that are in planes already; the sums have the same bits. */
+/* Does what sfield__eight_times does, with the same bits, for coefficients that are in planes already. */
 SFIELD__KERNEL static void sfield__planes_times(const float *planes, const float *t, uint32_t n, float *sum)
 {
     sfield__lanes part[8];

@@ -78,7 +78,7 @@ struct sfield_scene {
     float            *sky_now;      /* harmonics: 3 x n^2; wavelets: 3 x 6 N^2 texels, then their
                                        coefficients */
     float            *sky_still;    /* harmonics: as set, not turned */
-    float            *sun;          /* likewise, not turned */
+    float            *sun;          /* of the sun, as set, not turned */
     int               has_sky, has_sun;
     float             sky_turn[16];
     float            *texel;        /* x, y, z, solid angle: four planes of 6 N^2 */
