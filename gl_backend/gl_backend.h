@@ -1318,7 +1318,7 @@ GLBK_DEF void glbk_abandon(glbk_context *ctx)
 
 /* ==== src/gl/textures.h ==== */
 
-/* ---- textures ---- */
+/* ---- textures: formats, storage, and texels that go up ---- */
 
 /* GL's constants of formats. */
 enum {
@@ -1775,7 +1775,7 @@ GLBK_DEF void glbk_buffer_free(glbk_context *ctx, glbk_buffer *buffer)
 
 /* ==== src/gl/targets.h ==== */
 
-/* ---- targets ---- */
+/* ---- targets: framebuffers of textures, and their pixels read back ---- */
 
 enum {
     GLBK__READ_FRAMEBUFFER_BINDING = 0x8CAA, GLBK__FRAMEBUFFER_COMPLETE = 0x8CD5,
@@ -2260,7 +2260,7 @@ GLBK_DEF void glbk_state_restore(glbk_context *ctx, const glbk_state *state)
 
 /* ==== src/gl/passes.h ==== */
 
-/* ---- passes ---- */
+/* ---- passes: what is drawn to, by which program, from which textures and buffers ---- */
 
 enum {
     GLBK__LESS = 0x0201, GLBK__EQUAL = 0x0202, GLBK__GREATER = 0x0204, GLBK__ALWAYS = 0x0207,

@@ -3834,7 +3834,7 @@ GLBK_DEF void glbk_csm_asker_free(glbk_context *ctx, glbk_csm_asker *asker)
 
 /* ==== src/gl_csm/lights.h ==== */
 
-/* ---- csm: lights ---- */
+/* ---- csm: lights: what lightsampling.h's descs may say here ---- */
 
 /* A light stands in a table as ten texels, then its texels of L, running sums and triangles
    (docs/gpu-layouts.md). */
@@ -4504,7 +4504,7 @@ GLBK_DEF void glbk_csm_lights_free(glbk_context *ctx, glbk_csm_lights *lights)
 
 /* ==== src/gl_csm/renderer.h ==== */
 
-/* ---- csm: the renderer ---- */
+/* ---- csm: the renderer: samples of lights, summed over frames ---- */
 
 /* Returns the kind of a light with the default resolved. */
 static uint32_t glbk__csm_shape_of(const glbk_csm_use *u)
@@ -4802,7 +4802,7 @@ GLBK_DEF glbk_result glbk_csm_read(glbk_context *ctx, glbk_csm_renderer *r, floa
 
 /* ==== src/gl_csm/building.h ==== */
 
-/* ---- csm: building ---- */
+/* ---- csm: building: layers drawn, and compressed to segments for csm.h ---- */
 
 enum {
     GLBK__CSM_ATLAS = 1024,         /* pixels a side at most */

@@ -1120,7 +1120,7 @@ GLBK__PART_CODE(envsh, ENVSH)
 
 /* ==== src/gl_envshadow/maps.h ==== */
 
-/* ---- envsh: shadow maps ---- */
+/* ---- envsh: shadow maps: tiles, casters drawn into them, and cells of their depths ---- */
 
 enum {
     GLBK__ENVSH_RECORD = 8,                 /* texels of a light in the table */
@@ -1550,7 +1550,7 @@ GLBK_DEF glbk_result glbk_envsh_maps_render(glbk_context *ctx, glbk_envsh_maps *
 
 /* ==== src/gl_envshadow/queries.h ==== */
 
-/* ---- envsh: queries ---- */
+/* ---- envsh: queries: settings checked, and bound with the maps for shaders ---- */
 
 /* Returns what a setting means: 0 if it is negative, the default if it is 0. */
 static float glbk__envsh_or_default(float value, float standard)
@@ -1647,7 +1647,7 @@ GLBK_DEF glbk_result glbk_envsh_bind(glbk_context *ctx, glbk_envsh_maps *m, cons
 
 /* ==== src/gl_envshadow/renderer.h ==== */
 
-/* ---- envsh: the renderer ---- */
+/* ---- envsh: the renderer: light of all maps, summed up pixel by pixel ---- */
 
 GLBK_DEF glbk_result glbk_envsh_renderer_create(glbk_context *ctx, const glbk_envsh_renderer_desc *d,
                                                 glbk_envsh_renderer *out)

@@ -3583,7 +3583,7 @@ GLBK__PART_CODE(ism, ISM)
 
 /* ==== src/gl_ism/arguments.h ==== */
 
-/* ---- ism: arguments ---- */
+/* ---- ism: arguments: checked as ism.h checks them, with its defaults ---- */
 
 typedef struct glbk__ism_range { double low, high; } glbk__ism_range;     /* of the values of a field but 0 */
 
@@ -3891,7 +3891,7 @@ static glbk_result glbk__ism_check_mesh(const glbk_context *ctx, const char *fun
 
 /* ==== src/gl_ism/maps.h ==== */
 
-/* ---- ism: maps ---- */
+/* ---- ism: maps: their tables, pictures and programs ---- */
 
 /* Makes objects one after the other. After the first error no more are made. */
 typedef struct glbk__ism_making {
@@ -4538,7 +4538,7 @@ GLBK_DEF glbk_result glbk_ism_draw(glbk_context *ctx, glbk_ism_maps *m, uint32_t
 
 /* ==== src/gl_ism/renderer.h ==== */
 
-/* ---- ism: the renderer ---- */
+/* ---- ism: the renderer: light of all VPLs at the pixels of a G-buffer ---- */
 
 /* Returns the values of the uniform block for a shading, which has its defaults. */
 static glbk_ism_view glbk__ism_view_of(const ism_shading *s)

@@ -2561,7 +2561,7 @@ GLBK__PART_CODE(rsm, RSM)
 
 /* ==== src/gl_rsm/arguments.h ==== */
 
-/* ---- rsm: arguments ---- */
+/* ---- rsm: arguments: checked as rsm.h and gifilter.h check them, with their defaults ---- */
 
 enum {
     GLBK__RSM_LIST = 1024 * 64,     /* pixel lights that the list has room for */
@@ -2955,7 +2955,7 @@ static glbk_result glbk__rsm_tables_check(const glbk_context *ctx, const char *f
 
 /* ==== src/gl_rsm/maps.h ==== */
 
-/* ---- rsm: maps ---- */
+/* ---- rsm: maps: their images, uploads and readings ---- */
 
 enum {                              /* programs of a renderer */
     GLBK__RSM_FILL,
@@ -3290,7 +3290,7 @@ GLBK_DEF void glbk_rsm_map_free(glbk_context *ctx, glbk_rsm_map *map)
 
 /* ==== src/gl_rsm/renderer.h ==== */
 
-/* ---- rsm: the renderer ---- */
+/* ---- rsm: the renderer: pictures, programs and tables that calls of a frame use ---- */
 
 /* Makes pictures of colours, each with its framebuffer. */
 static glbk_result glbk__rsm_pictures(glbk_context *ctx, uint32_t count, uint32_t width, uint32_t height,
@@ -3942,7 +3942,7 @@ GLBK_DEF glbk_result glbk_rsm_map_stats(glbk_context *ctx, glbk_rsm_renderer *r,
 
 /* ==== src/gl_rsm/light.h ==== */
 
-/* ---- rsm: light ---- */
+/* ---- rsm: light: direct, gathered and interpolated ---- */
 
 /* Returns which of the three pictures is neither a nor b. */
 static uint32_t glbk__rsm_other(uint32_t a, uint32_t b)

@@ -2622,7 +2622,7 @@ GLBK__PART_CODE(sfield, SFIELD)
 
 /* ==== src/gl_shadowfield/fields.h ==== */
 
-/* ---- sfield: fields ---- */
+/* ---- sfield: fields: files of shadowfield.h as texels of one table ---- */
 
 enum {
     GLBK__SFIELD_HEADER = 32,
@@ -3314,7 +3314,7 @@ GLBK_DEF void glbk_sfield_bind(glbk_context *ctx, const glbk_sfield_scene *s, co
 
 /* ==== src/gl_shadowfield/self_visibility.h ==== */
 
-/* ---- sfield: self-visibility ---- */
+/* ---- sfield: self-visibility: drawn or uploaded, pixel by pixel ---- */
 
 /* Writes zeros to the first layer of a texture of self-visibility: nothing is recorded. */
 static glbk_result glbk__sfield_blank(glbk_context *ctx, const glbk_texture *self)
@@ -3524,7 +3524,7 @@ GLBK_DEF glbk_result glbk_sfield_self_object(glbk_context *ctx, glbk_sfield_rend
 
 /* ==== src/gl_shadowfield/renderer.h ==== */
 
-/* ---- sfield: the renderer ---- */
+/* ---- sfield: the renderer: light of a scene at the pixels of a G-buffer ---- */
 
 enum { GLBK__SFIELD_TERMS = 200 };      /* leaves room for the 163 of 4 bands */
 

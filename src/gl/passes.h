@@ -1,4 +1,4 @@
-/* ---- passes ---- */
+/* ---- passes: what is drawn to, by which program, from which textures and buffers ---- */
 
 enum {
     GLBK__LESS = 0x0201, GLBK__EQUAL = 0x0202, GLBK__GREATER = 0x0204, GLBK__ALWAYS = 0x0207,

@@ -1,4 +1,4 @@
-/* ---- targets ---- */
+/* ---- targets: framebuffers of textures, and their pixels read back ---- */
 
 enum {
     GLBK__READ_FRAMEBUFFER_BINDING = 0x8CAA, GLBK__FRAMEBUFFER_COMPLETE = 0x8CD5,

@@ -1,4 +1,4 @@
-/* ---- textures ---- */
+/* ---- textures: formats, storage, and texels that go up ---- */
 
 /* GL's constants of formats. */
 enum {

@@ -1,4 +1,4 @@
-/* ---- csm: building ---- */
+/* ---- csm: building: layers drawn, and compressed to segments for csm.h ---- */
 
 enum {
     GLBK__CSM_ATLAS = 1024,         /* pixels a side at most */

@@ -1,4 +1,4 @@
-/* ---- csm: lights ---- */
+/* ---- csm: lights: what lightsampling.h's descs may say here ---- */
 
 /* A light stands in a table as ten texels, then its texels of L, running sums and triangles
    (docs/gpu-layouts.md). */

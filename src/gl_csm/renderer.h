@@ -1,4 +1,4 @@
-/* ---- csm: the renderer ---- */
+/* ---- csm: the renderer: samples of lights, summed over frames ---- */
 
 /* Returns the kind of a light with the default resolved. */
 static uint32_t glbk__csm_shape_of(const glbk_csm_use *u)

@@ -1,4 +1,4 @@
-/* ---- envsh: shadow maps ---- */
+/* ---- envsh: shadow maps: tiles, casters drawn into them, and cells of their depths ---- */
 
 enum {
     GLBK__ENVSH_RECORD = 8,                 /* texels of a light in the table */

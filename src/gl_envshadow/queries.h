@@ -1,4 +1,4 @@
-/* ---- envsh: queries ---- */
+/* ---- envsh: queries: settings checked, and bound with the maps for shaders ---- */
 
 /* Returns what a setting means: 0 if it is negative, the default if it is 0. */
 static float glbk__envsh_or_default(float value, float standard)

@@ -1,4 +1,4 @@
-/* ---- envsh: the renderer ---- */
+/* ---- envsh: the renderer: light of all maps, summed up pixel by pixel ---- */
 
 GLBK_DEF glbk_result glbk_envsh_renderer_create(glbk_context *ctx, const glbk_envsh_renderer_desc *d,
                                                 glbk_envsh_renderer *out)

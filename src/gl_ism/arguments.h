@@ -1,4 +1,4 @@
-/* ---- ism: arguments ---- */
+/* ---- ism: arguments: checked as ism.h checks them, with its defaults ---- */
 
 typedef struct glbk__ism_range { double low, high; } glbk__ism_range;     /* of the values of a field but 0 */
 

@@ -1,4 +1,4 @@
-/* ---- ism: maps ---- */
+/* ---- ism: maps: their tables, pictures and programs ---- */
 
 /* Makes objects one after the other. After the first error no more are made. */
 typedef struct glbk__ism_making {

@@ -1,4 +1,4 @@
-/* ---- ism: the renderer ---- */
+/* ---- ism: the renderer: light of all VPLs at the pixels of a G-buffer ---- */
 
 /* Returns the values of the uniform block for a shading, which has its defaults. */
 static glbk_ism_view glbk__ism_view_of(const ism_shading *s)

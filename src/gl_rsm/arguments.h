@@ -1,4 +1,4 @@
-/* ---- rsm: arguments ---- */
+/* ---- rsm: arguments: checked as rsm.h and gifilter.h check them, with their defaults ---- */
 
 enum {
     GLBK__RSM_LIST = 1024 * 64,     /* pixel lights that the list has room for */

@@ -1,4 +1,4 @@
-/* ---- rsm: light ---- */
+/* ---- rsm: light: direct, gathered and interpolated ---- */
 
 /* Returns which of the three pictures is neither a nor b. */
 static uint32_t glbk__rsm_other(uint32_t a, uint32_t b)

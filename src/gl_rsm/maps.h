@@ -1,4 +1,4 @@
-/* ---- rsm: maps ---- */
+/* ---- rsm: maps: their images, uploads and readings ---- */
 
 enum {                              /* programs of a renderer */
     GLBK__RSM_FILL,

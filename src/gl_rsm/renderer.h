@@ -1,4 +1,4 @@
-/* ---- rsm: the renderer ---- */
+/* ---- rsm: the renderer: pictures, programs and tables that calls of a frame use ---- */
 
 /* Makes pictures of colours, each with its framebuffer. */
 static glbk_result glbk__rsm_pictures(glbk_context *ctx, uint32_t count, uint32_t width, uint32_t height,

@@ -1,4 +1,4 @@
-/* ---- sfield: fields ---- */
+/* ---- sfield: fields: files of shadowfield.h as texels of one table ---- */
 
 enum {
     GLBK__SFIELD_HEADER = 32,

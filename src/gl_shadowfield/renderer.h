@@ -1,4 +1,4 @@
-/* ---- sfield: the renderer ---- */
+/* ---- sfield: the renderer: light of a scene at the pixels of a G-buffer ---- */
 
 enum { GLBK__SFIELD_TERMS = 200 };      /* leaves room for the 163 of 4 bands */
 

@@ -1,4 +1,4 @@
-/* ---- sfield: self-visibility ---- */
+/* ---- sfield: self-visibility: drawn or uploaded, pixel by pixel ---- */
 
 /* Writes zeros to the first layer of a texture of self-visibility: nothing is recorded. */
 static glbk_result glbk__sfield_blank(glbk_context *ctx, const glbk_texture *self)
