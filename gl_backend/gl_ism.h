@@ -377,6 +377,7 @@ struct glbk_ism_maps {                  /* the maps of all VPLs; read only; zero
     uint64_t     phases;                /* a bit for each phase whose surfels were given */
     int          drawn;                 /* not 0: glbk_ism_draw has succeeded once */
     int          fewer;                 /* not 0: the mesh has lost triangles since glbk_ism_scatter */
+    int          outdated;              /* not 0: the same since glbk_ism_draw */
     int          masked;                /* not 0: the mesh has a mask, which only ism_scatter knows */
     float        sphere[4];             /* about the mesh: centre, radius */
     glbk_texture vpls;                  /* the table of VPLs and near points */
@@ -611,8 +612,8 @@ GLBK_DEF glbk_result glbk_ism_bounce(glbk_context *ctx, glbk_ism_bounces *bounce
    leaves of it. glbk_ism_choose then chooses VPLs of the next bounce from these texels, for other maps, with
    a glbk_ism_choice_desc of width side x side, height desc.vpl_count and `scattered`.
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or an object was not created. GLBK_ERR_MISMATCH: maps are
-            not those that the bounces were made for. GLBK_ERR_ORDER: the maps were never drawn.
-            GLBK_ERR_LOST */
+            not those that the bounces were made for. GLBK_ERR_ORDER: the maps were never drawn, or not since
+            the mesh has lost triangles. GLBK_ERR_LOST */
 
 GLBK_DEF void glbk_ism_bounces_free(glbk_context *ctx, glbk_ism_bounces *bounces);
 /* Frees what glbk_ism_bounces_create made, and zeroes the struct. NULL and zeroed bounces are allowed. */
@@ -4145,29 +4146,21 @@ GLBK_DEF void glbk_ism_maps_free(glbk_context *ctx, glbk_ism_maps *m)
 
 /* ---- ism: meshes, surfels, VPLs and near points from the CPU ---- */
 
-/* Writes count strided triples into a table of four floats each, which has at least one texel; from NULL: 0.5
-   everywhere. had is how many the table holds now; the table is made anew if the number changes. */
-static glbk_result glbk__ism_upload(glbk_context *ctx, glbk_texture *table, uint32_t had, const float *from,
-                                    size_t count, size_t stride)
+/* Writes count strided triples into a table of four floats each, which is made if there is none yet, or has
+   as many; from NULL: 0.5 everywhere. */
+static glbk_result glbk__ism_upload(glbk_context *ctx, glbk_texture *table, const float *from, size_t count,
+                                   size_t stride)
 {
     glbk_ism__allocator memory = glbk_ism__memory(ctx);
-    float *texels = (float *)glbk_ism__alloc_array(&memory, count ? count : 1, 16);
-    glbk_texture made;
+    float *texels = (float *)glbk_ism__alloc_array(&memory, count, 16);
     glbk_result result;
     size_t i;
     if (!texels) return GLBK_ERR_ALLOC;
-    for (i = 0; i < 4 * (count ? count : 1); i++) texels[i] = 0.5f;
+    for (i = 0; i < 4 * count; i++) texels[i] = 0.5f;
     for (i = 0; i < count && from; i++)
         memcpy(texels + 4 * i, (const char *)from + (stride ? stride : 12) * i, 12);
-    if (table->name && count == had && count) {
-        result = glbk__table_update(ctx, table, 0, count, texels);
-    } else {
-        result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32F, texels, count ? count : 1, &made);
-        if (result == GLBK_OK) {
-            glbk_texture_free(ctx, table);
-            *table = made;
-        }
-    }
+    result = table->name ? glbk__table_update(ctx, table, 0, count, texels)
+                         : glbk__table_create(ctx, GLBK_FORMAT_RGBA32F, texels, count, table);
     glbk_ism__free(&memory, texels);
     return result;
 }
@@ -4201,30 +4194,33 @@ static uint32_t *glbk__ism_triangles(const glbk_context *ctx, const glbk_ism__al
     return words;
 }
 
-/* Replaces triangles and positions by those of a mesh that has some. */
+/* Replaces triangles, positions and albedos by those of a mesh that has some, or leaves all as they are. */
 static glbk_result glbk__ism_replace_mesh(glbk_context *ctx, glbk_ism_maps *m, const ism_mesh *mesh,
                                           size_t count)
 {
     const glbk_ism__allocator memory = glbk_ism__memory(ctx);
-    glbk_texture made;
+    glbk_texture made[3], old, *tables[3];
     glbk_result result;
+    int k;
     uint32_t *words = glbk__ism_triangles(ctx, &memory, mesh, count, &result);
     if (!words) return result;
-    result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, words, count, &made);
+    memset(made, 0, sizeof made);
+    result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, words, count, &made[0]);
     glbk_ism__free(&memory, words);
-    if (result != GLBK_OK) return result;
-    result = glbk__ism_upload(ctx, &m->positions, m->vertex_count, mesh->positions, mesh->vertex_count,
-                              mesh->vertex_stride);
+    if (result == GLBK_OK)
+        result = glbk__ism_upload(ctx, &made[1], mesh->positions, mesh->vertex_count, mesh->vertex_stride);
     if (result == GLBK_OK && m->desc.keep_hits)
-        result = glbk__ism_upload(ctx, &m->albedos, m->triangle_count, mesh->albedos, count, 0);
-    if (result != GLBK_OK) {
-        glbk_texture_free(ctx, &made);
-        return result;
+        result = glbk__ism_upload(ctx, &made[2], mesh->albedos, count, 0);
+    if (result == GLBK_OK) m->vertex_count = (uint32_t)mesh->vertex_count;
+    tables[0] = &m->triangle_table;
+    tables[1] = &m->positions;
+    tables[2] = &m->albedos;
+    for (k = 0; k < 3 && made[k].name; k++) {
+        old = *tables[k];
+        if (result == GLBK_OK) *tables[k] = made[k];
+        glbk_texture_free(ctx, result == GLBK_OK ? &old : &made[k]);
     }
-    glbk_texture_free(ctx, &m->triangle_table);
-    m->triangle_table = made;
-    m->vertex_count = (uint32_t)mesh->vertex_count;
-    return GLBK_OK;
+    return result;
 }
 
 GLBK_DEF glbk_result glbk_ism_mesh_upload(glbk_context *ctx, glbk_ism_maps *m, const ism_mesh *mesh)
@@ -4239,6 +4235,7 @@ GLBK_DEF glbk_result glbk_ism_mesh_upload(glbk_context *ctx, glbk_ism_maps *m, c
     if (result != GLBK_OK) return result;
     if (!count) m->phases = 0;
     m->fewer |= count < m->triangle_count;
+    m->outdated |= count < m->triangle_count;
     m->triangle_count = (uint32_t)count;
     m->masked = mesh && mesh->mask_fn != NULL;
     return glbk__leave_created(ctx, glbk__ism_write_frame(ctx, m));
@@ -4255,7 +4252,7 @@ GLBK_DEF glbk_result glbk_ism_mesh_move(glbk_context *ctx, glbk_ism_maps *m, con
                                   "0 or a multiple of 4, at least 12");
     if (!m->triangle_count)
         return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "maps", "have no mesh: glbk_ism_mesh_upload");
-    return glbk__ism_upload(ctx, &m->positions, m->vertex_count, positions, m->vertex_count, stride);
+    return glbk__ism_upload(ctx, &m->positions, positions, m->vertex_count, stride);
 }
 
 GLBK_DEF glbk_result glbk_ism_surfels_upload(glbk_context *ctx, glbk_ism_maps *m, uint32_t phase,
@@ -4532,8 +4529,10 @@ GLBK_DEF glbk_result glbk_ism_draw(glbk_context *ctx, glbk_ism_maps *m, uint32_t
     if (result == GLBK_OK && m->triangle_count) result = glbk__ism_check_phases(ctx, __func__, m);
     if (result == GLBK_OK) result = glbk__ism_splat(ctx, m, surfels_per_pass);
     if (result == GLBK_OK) result = glbk__ism_fill(ctx, m);
-    if (result == GLBK_OK) m->drawn = 1;
-    return result;
+    if (result != GLBK_OK) return result;
+    m->drawn = 1;
+    m->outdated = 0;
+    return GLBK_OK;
 }
 
 /* ==== src/gl_ism/renderer.h ==== */
@@ -4753,7 +4752,7 @@ GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *r, con
     if (result != GLBK_OK) return result;
     if (r->own.text) s.no_maps = 0;         /* as ism_shade asks its visible_fn in any case */
     else if (m->vpl_count && !m->drawn && !s.no_maps)
-        return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "maps", "were never drawn: glbk_ism_draw");
+        return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "maps", "must be drawn first: glbk_ism_draw");
     job.renderer = r;
     job.gbuffer = g;
     job.maps = m;
@@ -5807,8 +5806,8 @@ GLBK_DEF glbk_result glbk_ism_bounce(glbk_context *ctx, glbk_ism_bounces *b, con
     if (m->vpls.name != b->table)
         return glbk__refuse(ctx, GLBK_ERR_MISMATCH, __func__, "maps",
                             "are not those that the bounces were made for");
-    if (!m->drawn)
-        return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "maps", "were never drawn: glbk_ism_draw");
+    if (!m->drawn || m->outdated)           /* texels would name triangles that are gone */
+        return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "maps", "must be drawn first: glbk_ism_draw");
     f = glbk__ism_frame_of(m);
     f.bounce_side = b->side;
     memset(&pass, 0, sizeof pass);

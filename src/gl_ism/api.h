@@ -125,6 +125,7 @@ struct glbk_ism_maps {                  /* the maps of all VPLs; read only; zero
     uint64_t     phases;                /* a bit for each phase whose surfels were given */
     int          drawn;                 /* not 0: glbk_ism_draw has succeeded once */
     int          fewer;                 /* not 0: the mesh has lost triangles since glbk_ism_scatter */
+    int          outdated;              /* not 0: the same since glbk_ism_draw */
     int          masked;                /* not 0: the mesh has a mask, which only ism_scatter knows */
     float        sphere[4];             /* about the mesh: centre, radius */
     glbk_texture vpls;                  /* the table of VPLs and near points */

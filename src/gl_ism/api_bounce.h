@@ -28,8 +28,8 @@ GLBK_DEF glbk_result glbk_ism_bounce(glbk_context *ctx, glbk_ism_bounces *bounce
    leaves of it. glbk_ism_choose then chooses VPLs of the next bounce from these texels, for other maps, with
    a glbk_ism_choice_desc of width side x side, height desc.vpl_count and `scattered`.
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, or an object was not created. GLBK_ERR_MISMATCH: maps are
-            not those that the bounces were made for. GLBK_ERR_ORDER: the maps were never drawn.
-            GLBK_ERR_LOST */
+            not those that the bounces were made for. GLBK_ERR_ORDER: the maps were never drawn, or not since
+            the mesh has lost triangles. GLBK_ERR_LOST */
 
 GLBK_DEF void glbk_ism_bounces_free(glbk_context *ctx, glbk_ism_bounces *bounces);
 /* Frees what glbk_ism_bounces_create made, and zeroes the struct. NULL and zeroed bounces are allowed. */

@@ -55,8 +55,8 @@ GLBK_DEF glbk_result glbk_ism_bounce(glbk_context *ctx, glbk_ism_bounces *b, con
     if (m->vpls.name != b->table)
         return glbk__refuse(ctx, GLBK_ERR_MISMATCH, __func__, "maps",
                             "are not those that the bounces were made for");
-    if (!m->drawn)
-        return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "maps", "were never drawn: glbk_ism_draw");
+    if (!m->drawn || m->outdated)           /* texels would name triangles that are gone */
+        return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "maps", "must be drawn first: glbk_ism_draw");
     f = glbk__ism_frame_of(m);
     f.bounce_side = b->side;
     memset(&pass, 0, sizeof pass);

@@ -136,6 +136,8 @@ GLBK_DEF glbk_result glbk_ism_draw(glbk_context *ctx, glbk_ism_maps *m, uint32_t
     if (result == GLBK_OK && m->triangle_count) result = glbk__ism_check_phases(ctx, __func__, m);
     if (result == GLBK_OK) result = glbk__ism_splat(ctx, m, surfels_per_pass);
     if (result == GLBK_OK) result = glbk__ism_fill(ctx, m);
-    if (result == GLBK_OK) m->drawn = 1;
-    return result;
+    if (result != GLBK_OK) return result;
+    m->drawn = 1;
+    m->outdated = 0;
+    return GLBK_OK;
 }

@@ -213,7 +213,7 @@ GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *r, con
     if (result != GLBK_OK) return result;
     if (r->own.text) s.no_maps = 0;         /* as ism_shade asks its visible_fn in any case */
     else if (m->vpl_count && !m->drawn && !s.no_maps)
-        return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "maps", "were never drawn: glbk_ism_draw");
+        return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "maps", "must be drawn first: glbk_ism_draw");
     job.renderer = r;
     job.gbuffer = g;
     job.maps = m;

@@ -1,28 +1,20 @@
 /* ---- ism: meshes, surfels, VPLs and near points from the CPU ---- */
 
-/* Writes count strided triples into a table of four floats each, which has at least one texel; from NULL: 0.5
-   everywhere. had is how many the table holds now; the table is made anew if the number changes. */
-static glbk_result glbk__ism_upload(glbk_context *ctx, glbk_texture *table, uint32_t had, const float *from,
-                                    size_t count, size_t stride)
+/* Writes count strided triples into a table of four floats each, which is made if there is none yet, or has
+   as many; from NULL: 0.5 everywhere. */
+static glbk_result glbk__ism_upload(glbk_context *ctx, glbk_texture *table, const float *from, size_t count,
+                                   size_t stride)
 {
     glbk_ism__allocator memory = glbk_ism__memory(ctx);
-    float *texels = (float *)glbk_ism__alloc_array(&memory, count ? count : 1, 16);
-    glbk_texture made;
+    float *texels = (float *)glbk_ism__alloc_array(&memory, count, 16);
     glbk_result result;
     size_t i;
     if (!texels) return GLBK_ERR_ALLOC;
-    for (i = 0; i < 4 * (count ? count : 1); i++) texels[i] = 0.5f;
+    for (i = 0; i < 4 * count; i++) texels[i] = 0.5f;
     for (i = 0; i < count && from; i++)
         memcpy(texels + 4 * i, (const char *)from + (stride ? stride : 12) * i, 12);
-    if (table->name && count == had && count) {
-        result = glbk__table_update(ctx, table, 0, count, texels);
-    } else {
-        result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32F, texels, count ? count : 1, &made);
-        if (result == GLBK_OK) {
-            glbk_texture_free(ctx, table);
-            *table = made;
-        }
-    }
+    result = table->name ? glbk__table_update(ctx, table, 0, count, texels)
+                         : glbk__table_create(ctx, GLBK_FORMAT_RGBA32F, texels, count, table);
     glbk_ism__free(&memory, texels);
     return result;
 }
@@ -56,30 +48,33 @@ static uint32_t *glbk__ism_triangles(const glbk_context *ctx, const glbk_ism__al
     return words;
 }
 
-/* Replaces triangles and positions by those of a mesh that has some. */
+/* Replaces triangles, positions and albedos by those of a mesh that has some, or leaves all as they are. */
 static glbk_result glbk__ism_replace_mesh(glbk_context *ctx, glbk_ism_maps *m, const ism_mesh *mesh,
                                           size_t count)
 {
     const glbk_ism__allocator memory = glbk_ism__memory(ctx);
-    glbk_texture made;
+    glbk_texture made[3], old, *tables[3];
     glbk_result result;
+    int k;
     uint32_t *words = glbk__ism_triangles(ctx, &memory, mesh, count, &result);
     if (!words) return result;
-    result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, words, count, &made);
+    memset(made, 0, sizeof made);
+    result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, words, count, &made[0]);
     glbk_ism__free(&memory, words);
-    if (result != GLBK_OK) return result;
-    result = glbk__ism_upload(ctx, &m->positions, m->vertex_count, mesh->positions, mesh->vertex_count,
-                              mesh->vertex_stride);
+    if (result == GLBK_OK)
+        result = glbk__ism_upload(ctx, &made[1], mesh->positions, mesh->vertex_count, mesh->vertex_stride);
     if (result == GLBK_OK && m->desc.keep_hits)
-        result = glbk__ism_upload(ctx, &m->albedos, m->triangle_count, mesh->albedos, count, 0);
-    if (result != GLBK_OK) {
-        glbk_texture_free(ctx, &made);
-        return result;
+        result = glbk__ism_upload(ctx, &made[2], mesh->albedos, count, 0);
+    if (result == GLBK_OK) m->vertex_count = (uint32_t)mesh->vertex_count;
+    tables[0] = &m->triangle_table;
+    tables[1] = &m->positions;
+    tables[2] = &m->albedos;
+    for (k = 0; k < 3 && made[k].name; k++) {
+        old = *tables[k];
+        if (result == GLBK_OK) *tables[k] = made[k];
+        glbk_texture_free(ctx, result == GLBK_OK ? &old : &made[k]);
     }
-    glbk_texture_free(ctx, &m->triangle_table);
-    m->triangle_table = made;
-    m->vertex_count = (uint32_t)mesh->vertex_count;
-    return GLBK_OK;
+    return result;
 }
 
 GLBK_DEF glbk_result glbk_ism_mesh_upload(glbk_context *ctx, glbk_ism_maps *m, const ism_mesh *mesh)
@@ -94,6 +89,7 @@ GLBK_DEF glbk_result glbk_ism_mesh_upload(glbk_context *ctx, glbk_ism_maps *m, c
     if (result != GLBK_OK) return result;
     if (!count) m->phases = 0;
     m->fewer |= count < m->triangle_count;
+    m->outdated |= count < m->triangle_count;
     m->triangle_count = (uint32_t)count;
     m->masked = mesh && mesh->mask_fn != NULL;
     return glbk__leave_created(ctx, glbk__ism_write_frame(ctx, m));
@@ -110,7 +106,7 @@ GLBK_DEF glbk_result glbk_ism_mesh_move(glbk_context *ctx, glbk_ism_maps *m, con
                                   "0 or a multiple of 4, at least 12");
     if (!m->triangle_count)
         return glbk__refuse(ctx, GLBK_ERR_ORDER, __func__, "maps", "have no mesh: glbk_ism_mesh_upload");
-    return glbk__ism_upload(ctx, &m->positions, m->vertex_count, positions, m->vertex_count, stride);
+    return glbk__ism_upload(ctx, &m->positions, positions, m->vertex_count, stride);
 }
 
 GLBK_DEF glbk_result glbk_ism_surfels_upload(glbk_context *ctx, glbk_ism_maps *m, uint32_t phase,

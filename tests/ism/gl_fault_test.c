@@ -191,6 +191,58 @@ static void indices_of_16_bits_are_taken(void **state)
     for (i = 0; i < 2; i++) destroy(t, &s[i]);
 }
 
+static void draw_atlas(gl_test *t, scene *s)
+{
+    assert_glbk(t, glbk_ism_draw(&t->gl, &s->maps, 0));
+    assert_glbk(t, gl_read_atlas(&t->gl, &s->maps, s->atlas));
+}
+
+/* After an upload that fails the mesh is the old one, or the new one, but no mixture: neither of errors of GL nor of
+   memory that is missing. */
+static void a_failed_upload_leaves_a_whole_mesh(void **state)
+{
+    GL_TEST(t, state)
+    static const float high[12] = { -0.4f, 1.5f, -0.4f, 0.4f, 1.5f, -0.4f, -0.4f, 1.5f, 0.4f, 0.4f, 1.5f, 0.4f };
+    static const uint32_t other[6] = { 0, 3, 1, 0, 2, 3 };
+    static float atlas[2][64 * 64];
+    static scene s;
+    const ism_mesh old = { table, 4, 0, triangles, 6, NULL, NULL, NULL, NULL, NULL };
+    ism_mesh mesh = { high, 4, 0, other, 6, NULL, NULL, NULL, NULL, NULL };
+    glbk_result result;
+    int failures[2] = { 0, 0 }, way, n;
+    t->gl.check = 1;
+    t->gl.system.allocator.alloc_fn = fake_alloc;
+    t->gl.system.allocator.free_fn = fake_free;
+    fake_memory.left = 1000000;
+    prepare(&s);
+    assert_glbk(t, make(t, &s));
+    for (n = 0; n < 2; n++) {
+        assert_glbk(t, glbk_ism_mesh_upload(&t->gl, &s.maps, n ? &mesh : &old));
+        draw_atlas(t, &s);
+        memcpy(atlas[n], s.atlas, sizeof s.atlas);
+    }
+    assert_memory_not_equal(atlas[0], atlas[1], sizeof atlas[0]);
+    for (way = 0; way < 2; way++)
+        for (n = 0, result = GLBK_ERR_ALLOC; result != GLBK_OK; n++) {
+            assert_glbk(t, glbk_ism_mesh_upload(&t->gl, &s.maps, &old));
+            fake_begin(t, 0x0505);
+            fake.at = way ? 0 : n + 1;
+            if (way) fake_memory.left = n;
+            result = glbk_ism_mesh_upload(&t->gl, &s.maps, &mesh);
+            t->gl.gl = fake.real;
+            assert_int_equal(fake.live, 0);             /* as many tables as before */
+            fake_memory.left = 1000000;
+            draw_atlas(t, &s);
+            failures[way] += result != GLBK_OK;
+            if (result != GLBK_OK && !memcmp(s.atlas, atlas[0], sizeof s.atlas)) continue;
+            assert_memory_equal(s.atlas, atlas[1], sizeof s.atlas);
+        }
+    printf("%d and %d failures\n", failures[0], failures[1]);
+    assert_true(failures[0] > 2 && failures[1] > 1);
+    destroy(t, &s);
+    assert_int_equal(fake_memory.live, 0);
+}
+
 /* Passes do not make a driver or a browser answer. */
 static void a_frame_asks_gl_nothing(void **state)
 {
@@ -296,6 +348,7 @@ int main(int count, char **values)
         gl_unit_test(failed_allocations_leave_nothing),
         gl_unit_test(a_frame_asks_gl_nothing),
         gl_unit_test(every_error_comes_out),
+        gl_unit_test(a_failed_upload_leaves_a_whole_mesh),
         gl_unit_test(indices_of_16_bits_are_taken)
     };
     (void)count;

@@ -308,7 +308,7 @@ static void a_wrong_shading_is_named(void **state)
     assert_glbk(t, glbk_ism_vpls_upload(gl, &m, &v, 1, &info));
     gl_listen(t);
 #define SHADE glbk_ism_shade(gl, &r, &seen, &m, &s, 0)
-    SAYS(SHADE, GLBK_ERR_ORDER, "glbk_ism_shade: maps were never drawn: glbk_ism_draw");
+    SAYS(SHADE, GLBK_ERR_ORDER, "glbk_ism_shade: maps must be drawn first: glbk_ism_draw");
     assert_glbk(t, glbk_ism_draw(gl, &m, 0));
     SAYS_OF(s.interleave, 3, SHADE, no, "glbk_ism_shade: shading.interleave is 3; it must be 0, 1, 2, 4 or 8");
     SAYS_OF(s.near_mode, ISM_NEAR_COUNT, SHADE, no,

@@ -274,6 +274,7 @@ static void bounces_refuse_bad_arguments(void **state)
     GL_TEST(t, state)
     glbk_ism_bounces b, none;
     glbk_ism_maps m, plain;
+    ism_mesh one;
     ism_desc d;
     stage *s;
     memset(&d, 0, sizeof d);
@@ -302,6 +303,16 @@ static void bounces_refuse_bad_arguments(void **state)
     assert_int_equal(glbk_ism_bounce(&t->gl, &none, &m), GLBK_ERR_ARGUMENT);
     assert_int_equal(glbk_ism_bounce(&t->gl, &b, NULL), GLBK_ERR_ARGUMENT);
     assert_int_equal(glbk_ism_bounce(&t->gl, &b, &plain), GLBK_ERR_MISMATCH);
+    assert_glbk(t, glbk_ism_draw(&t->gl, &m, 0));
+    assert_glbk(t, glbk_ism_bounce(&t->gl, &b, &m));
+    one = s->ism;
+    one.vertex_count = 3;               /* the maps show triangles that are gone, until they are drawn again */
+    assert_glbk(t, glbk_ism_mesh_upload(&t->gl, &m, &one));
+    assert_int_equal(glbk_ism_bounce(&t->gl, &b, &m), GLBK_ERR_ORDER);
+    assert_glbk(t, glbk_ism_mesh_upload(&t->gl, &m, &s->ism));
+    assert_int_equal(glbk_ism_bounce(&t->gl, &b, &m), GLBK_ERR_ORDER);
+    assert_glbk(t, glbk_ism_draw(&t->gl, &m, 0));
+    assert_glbk(t, glbk_ism_bounce(&t->gl, &b, &m));
     glbk_ism_bounces_free(&t->gl, NULL);
     glbk_ism_bounces_free(&t->gl, &b);
     glbk_ism_maps_free(&t->gl, &m);
