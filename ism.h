@@ -150,8 +150,8 @@
                    the papers
      tile_side     smaller: light leaks round corners, contact shadows vanish
      window_rim    less: coarser maps of what the picture does not show; more: coarser maps of what it shows
-     interleave    larger: 1 / interleave^2 of the shading time, and details of indirect shadows blurred
-                   over as many pixels
+     interleave    larger: 1 / interleave^2 of the shading time, but for that of near points, and details
+                   of indirect shadows blurred over as many pixels
      bias          less: acne; more: light leaks in corners
      lazy_frames   renewing all surfels every frame (1) adapts at once, and flickers
 

@@ -517,7 +517,8 @@ GLBK_DEF void glbk_csm_asker_free(glbk_context *ctx, glbk_csm_asker *asker);
 
    A builder of this header draws the layers of views by depth peeling and finds their segments (equation 1).
    csm.h then writes the block from the segments alone; its bytes are those which its builder would have made
-   of the layers that were drawn. Views come in batches:
+   of the layers that were drawn, with COHSM_LAYERS_Z1Z3_SPHERE but for roundings of where rays leave the
+   sphere. Views come in batches:
 
        for (from = 0; from < view_count; from += n) {              // n <= b.batch
            glbk_csm_builder_draw(gl, &b, from, n);

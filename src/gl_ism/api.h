@@ -87,8 +87,10 @@ GLBK_DEF glbk_result glbk_ism_shade(glbk_context *ctx, glbk_ism_renderer *render
    shading          NULL = all defaults. visible_fn and near_visible_fn must be NULL, since functions of C run
                     on the CPU; glbk_ism_renderer_see takes one in GLSL. cull changes nothing
    pairs_per_pass   how many pairs of a pixel and a VPL one pass takes; 0 = 2^28. Give fewer if the driver
-                    stops passes that take long
-   Cost             each pixel asks vpl_count / interleave^2 VPLs, a texel of its map for each that faces it
+                    stops passes that take long, since near points do not count
+   Cost             each pixel asks vpl_count / interleave^2 VPLs, a texel of its map for each that faces it.
+                    With ISM_NEAR_GATHER it asks besides, whatever interleave is, a sphere about each 64 near
+                    points, and all of those whose sphere holds it
    Errors           GLBK_ERR_ARGUMENT: a pointer is NULL, or an object was not created. GLBK_ERR_DESC: a field
                     of the shading is out of range. GLBK_ERR_MISMATCH: the G-buffer has another size.
                     GLBK_ERR_ORDER: the maps were never drawn. Those of glbk_program_compile at first use */
