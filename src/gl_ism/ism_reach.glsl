@@ -3,8 +3,8 @@
 
 vec4 ism_drawn(uint v, int k) { return ISM_FLOATS(glbk_ism_drawn, ivec3(ism_cell_of(v), k)); }
 
-// Returns twice the distance from p to the eighth of the VPLs about it, and finds the nearest VPL, and the
-// box of all of them; VPLs with other normals count as farther.
+// Returns twice the distance from p to the eighth of the VPLs about it, and finds the box of all VPLs and the
+// nearest one, in whose choice alone VPLs with other normals count as farther.
 float ism_reach_of(vec3 p, vec3 n, out uint nearest, out vec3 low, out vec3 high)
 {
     vec4 a = vec4(1e30), b = a;                     // the least squared distances, in their order

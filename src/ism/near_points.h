@@ -25,9 +25,9 @@ static const ism_vpl *ism__sorted_vpl(const ism__near_work *w, uint32_t i)
     return &w->m->vpls[(uint32_t)w->sorted[i]];
 }
 
-/* Returns how far a near point at p reaches, and writes the number of the nearest VPL; VPLs with other
-   normals count as farther. The sorted VPLs are walked through both ways from p, until their distance along
-   the axis alone is too large. */
+/* Returns how far a near point at p reaches, and writes the number of the nearest VPL, in whose choice alone
+   VPLs with other normals count as farther. The sorted VPLs are walked through both ways from p, until their
+   distance along the axis alone is too large. */
 static float ism__reach_of(const ism__near_work *w, ism__v3 p, ism__v3 n, uint32_t *nearest)
 {
     float near2[ISM__NEAR_RANK], best = 1e30f;
