@@ -157,8 +157,8 @@ static void glbk__ism_make_effects(glbk__ism_making *k, uint32_t by_effect, glbk
     k->defines = NULL;
 }
 
-/* Makes what near points need. There are none by fewer VPLs than reaches are measured with, and where the
-   first layer of the table has no room for them. */
+/* Makes what near points need. There are none by 8 VPLs or fewer, since a reach goes by the eighth VPL about
+   its point, and where the first layer of the table has no room for them. */
 static void glbk__ism_make_near(glbk__ism_making *k, const glbk_ism_maps *m, glbk_ism_choice *c)
 {
     const uint32_t vpls = m->desc.vpl_count, count = vpls * (uint32_t)m->desc.near_point_count;

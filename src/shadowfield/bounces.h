@@ -131,7 +131,7 @@ static void sfield__place_patches(sfield_bounce *b, const sfield__facet *facets,
         for (i = 0, k = 0; i < count; i++) {
             if (facets[i].patch != p || !(facets[i].area > 0)) continue;
             before += facets[i].area;
-            /* the last triangle takes what rounding left */
+            /* point k goes where (k + 0.5) / 4 of the area are reached */
             for (; k < SFIELD__PATCH_POINTS && ((double)k + 0.5) * area < points * before; k++)
                 for (c = 0; c < 3; c++) {
                     const size_t at = 3 * ((size_t)p * SFIELD__PATCH_POINTS + k) + c;
@@ -173,8 +173,8 @@ static sfield_result sfield__build_transport(sfield_bounce *b, const sfield_desc
     return result;
 }
 
-/* Allocates the source of the body, which is like a frame of the other field, and all that light goes through
-   on its way there. */
+/* Allocates the source of the body, which is like one frame of b->transport, and the coefficients of a shell,
+   in which sfield__mix_patches adds up the patches. */
 static sfield_result sfield__make_room(sfield_bounce *b, const sfield__logger *log)
 {
     const size_t samples = 6 * (size_t)b->transport->h.position_side * b->transport->h.position_side;
