@@ -41,7 +41,7 @@ static int cohsm__header_sound(const cohsm__header *h)
 }
 
 /* Says whether a block is sound within the words that are left of its line: its parts lie inside it, and its
-   segments rise and stay below end. */
+   segments rise and stay below `views`, counted from the block's first view. */
 static int cohsm__block_sound(const uint32_t *block, uint32_t left, uint32_t views)
 {
     uint32_t n, exact = 0, j, at;
