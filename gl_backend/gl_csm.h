@@ -268,8 +268,9 @@ typedef struct glbk_csm_lights_desc {
     uint32_t                pattern_length; /* S, 1..65536 with patterns, else 0; every light of a frame must
                                                then have S samples */
     int                     own;            /* not 0: lights may be of LSAMP_LIGHT_CALLBACK or have an
-                                               emission_fn. Neither is called: renderers that draw them have
-                                               GLSL of yours in their place, glbk_csm_renderer_desc.light */
+                                               emission_fn. Neither is called, and shape_fn may be NULL:
+                                               renderers that draw them have GLSL of yours in their place,
+                                               glbk_csm_renderer_desc.light */
 } glbk_csm_lights_desc;
 
 struct glbk_csm_lights {            /* read only; zeroed = none */
@@ -694,7 +695,7 @@ GLBK_DEF void glbk_csm_builder_free(glbk_context *ctx, glbk_csm_builder *builder
     GLBK_CSM_LAYER_MEMBERS(X)
 
 #define GLBK_CSM_LAYER_MEMBERS(X)                                                               \
-    X(uint, far_layer, 1)           /* not 0: COHSM_LAYERS_Z1Z3_FAR */                          \
+    X(uint, far_layer, 1)           /* not 0: COHSM_LAYERS_Z1Z3_FAR, or _SPHERE */              \
     X(uint, positional, 1)          /* not 0: perspective views */                              \
     X(uint, self_only, 1)           /* as in cohsm_desc */                                      \
     X(uint, sphere, 1)              /* not 0: COHSM_LAYERS_Z1Z3_SPHERE */                       \
@@ -3910,7 +3911,7 @@ static int glbk__csm_unit(const glbk__csm_logger *log, const char *member, const
 static int glbk__csm_kind_valid(const glbk__csm_logger *log, lsamp_light_kind kind, int own)
 {
     if (kind == LSAMP_LIGHT_CALLBACK && !own)
-        return glbk__csm_refuse(log, ".kind", "is LSAMP_LIGHT_CALLBACK: GPUs call no functions");
+        return glbk__csm_refuse(log, ".kind", "is a callback, without own");
     return glbk__csm_in(log, ".kind", (double)kind, 0, LSAMP_LIGHT_COUNT - 1, "a LSAMP_LIGHT_...");
 }
 
@@ -4052,7 +4053,7 @@ static int glbk__csm_light_valid(const glbk__csm_logger *log, const lsamp_light_
     uint32_t i, k;
 
     if (d->emission_fn && (!own || (d->kind >= LSAMP_LIGHT_SUN && d->kind <= LSAMP_LIGHT_SPOT)))
-        return glbk__csm_refuse(log, ".emission_fn", "is set: GPUs call no functions");
+        return glbk__csm_refuse(log, ".emission_fn", "is set without own, or for a sun, point or spot");
     if (!glbk__csm_kind_valid(log, d->kind, own) ||
         !glbk__csm_in(log, ".filter", (double)d->filter, 0, LSAMP_TEXELS_COUNT - 1, "a LSAMP_TEXELS_..."))
         return 0;

@@ -136,8 +136,9 @@ typedef struct glbk_csm_lights_desc {
     uint32_t                pattern_length; /* S, 1..65536 with patterns, else 0; every light of a frame must
                                                then have S samples */
     int                     own;            /* not 0: lights may be of LSAMP_LIGHT_CALLBACK or have an
-                                               emission_fn. Neither is called: renderers that draw them have
-                                               GLSL of yours in their place, glbk_csm_renderer_desc.light */
+                                               emission_fn. Neither is called, and shape_fn may be NULL:
+                                               renderers that draw them have GLSL of yours in their place,
+                                               glbk_csm_renderer_desc.light */
 } glbk_csm_lights_desc;
 
 struct glbk_csm_lights {            /* read only; zeroed = none */

@@ -69,7 +69,7 @@
     GLBK_CSM_LAYER_MEMBERS(X)
 
 #define GLBK_CSM_LAYER_MEMBERS(X)                                                               \
-    X(uint, far_layer, 1)           /* not 0: COHSM_LAYERS_Z1Z3_FAR */                          \
+    X(uint, far_layer, 1)           /* not 0: COHSM_LAYERS_Z1Z3_FAR, or _SPHERE */              \
     X(uint, positional, 1)          /* not 0: perspective views */                              \
     X(uint, self_only, 1)           /* as in cohsm_desc */                                      \
     X(uint, sphere, 1)              /* not 0: COHSM_LAYERS_Z1Z3_SPHERE */                       \

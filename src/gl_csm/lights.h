@@ -73,7 +73,7 @@ static int glbk__csm_unit(const glbk__csm_logger *log, const char *member, const
 static int glbk__csm_kind_valid(const glbk__csm_logger *log, lsamp_light_kind kind, int own)
 {
     if (kind == LSAMP_LIGHT_CALLBACK && !own)
-        return glbk__csm_refuse(log, ".kind", "is LSAMP_LIGHT_CALLBACK: GPUs call no functions");
+        return glbk__csm_refuse(log, ".kind", "is a callback, without own");
     return glbk__csm_in(log, ".kind", (double)kind, 0, LSAMP_LIGHT_COUNT - 1, "a LSAMP_LIGHT_...");
 }
 
@@ -215,7 +215,7 @@ static int glbk__csm_light_valid(const glbk__csm_logger *log, const lsamp_light_
     uint32_t i, k;
 
     if (d->emission_fn && (!own || (d->kind >= LSAMP_LIGHT_SUN && d->kind <= LSAMP_LIGHT_SPOT)))
-        return glbk__csm_refuse(log, ".emission_fn", "is set: GPUs call no functions");
+        return glbk__csm_refuse(log, ".emission_fn", "is set without own, or for a sun, point or spot");
     if (!glbk__csm_kind_valid(log, d->kind, own) ||
         !glbk__csm_in(log, ".filter", (double)d->filter, 0, LSAMP_TEXELS_COUNT - 1, "a LSAMP_TEXELS_..."))
         return 0;

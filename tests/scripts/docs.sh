@@ -73,6 +73,36 @@ for name in $(grep -hoE 'X\(glbk_[a-z_]+, [0-9]+, GLBK_[A-Z_]+MEMBERS' src/gl*/b
     grep -q "$name" docs/gpu-layouts.md || { echo "check-docs: docs/gpu-layouts.md has no block $name"; failed=1; }
 done
 
+# And every member of a block that has a row there, but padding; a row may say "the material", which has one of its own.
+awk '
+function all(macro,   n, part, i, list) {
+    n = split(members[macro], part, " ")
+    for (i = 1; i <= n; i++) list = list " " (part[i] ~ /^@/ ? all(substr(part[i], 2)) : part[i])
+    return list
+}
+/^#define GLBK_[A-Z_]*MEMBERS\(X\)/ { name = $2; sub(/\(X\).*/, "", name); inside = 1 }
+inside {
+    if ($1 ~ /^GLBK_[A-Z_]*MEMBERS\(X\)/) { part = $1; sub(/\(X\).*/, "", part); members[name] = members[name] " @" part }
+    for (line = $0; match(line, /X\([a-z0-9]+, [a-z0-9_]+, [0-9]+\)/); line = substr(line, RSTART + RLENGTH)) {
+        split(substr(line, RSTART, RLENGTH), field, ", ")
+        members[name] = members[name] " " field[2]
+    }
+    inside = /\\$/
+}
+match($0, /X\(glbk_[a-z_]+, [0-9]+, GLBK_[A-Z_]+MEMBERS/) {
+    split(substr($0, RSTART + 2, RLENGTH - 2), field, ", ")
+    block[field[1]] = field[3]
+}
+END { for (b in block) print b all(block[b]) }' src/gl*/bindings.h > "$dir/blocks"
+while read -r block names; do
+    row=$(grep "^| $block[ ,]" docs/gpu-layouts.md)
+    case $row in '') continue ;; *'the material'*) row="$row $(grep '^| the material ' docs/gpu-layouts.md)" ;; esac
+    for name in $names; do
+        case $name in pad[0-9] | unused[0-9]) continue ;; esac
+        echo "$row" | grep -qw "$name" || { echo "check-docs: docs/gpu-layouts.md: $block has no $name"; failed=1; }
+    done
+done < "$dir/blocks"
+
 # docs/adapter.md: the rows linked with a renderer of one's own, for which rays stand.
 # shellcheck disable=SC2086
 $CC $flags -DADAPTER_ALONE -Itests/kit -Itests/kit/shim tests/adapter/rows.c tests/adapter/rays_rows_test.c -lm -o "$dir/rows" ||
