@@ -3067,7 +3067,7 @@ enum {
     SFIELD__HEADER = 32
 };
 
-/* in files */
+/* These numbers stand in files. */
 typedef enum sfield__kind { SFIELD__KIND_OCCLUSION, SFIELD__KIND_SOURCE, SFIELD__KIND_SELF } sfield__kind;
 
 typedef struct sfield__header {     /* 32-bit fields only */
@@ -3290,7 +3290,7 @@ static void sfield__write_words(uint8_t *to, const uint32_t *from, size_t count)
         for (i = 0; i < count; i++) sfield__put_u32(to + 4 * i, from[i]);
 }
 
-/* bytes, or samples of wavelets: milliseconds */
+/* How many bytes, or samples of wavelets, lie between two calls of progress, which takes milliseconds. */
 enum { SFIELD__STEP = 1 << 18, SFIELD__STEP_SAMPLES = 1024 };
 
 /* Takes a call's allocator and progress. Returns 0 if the allocator has one of its two functions alone. */
@@ -3361,7 +3361,7 @@ static int sfield__find_tone(sfield_field *f, sfield__part part)
     f->tone = 3;
     if (f->h.channels != 3 || f->h.basis != SFIELD_BASIS_SH || f->h.shard_end) return 1;
     for (c = 0; c < 3; c++) {
-        /* the greatest mean of the first shell */
+        /* This is the greatest mean that a sample of the first shell has. */
         f->ratio[c] = f->bias[c * n] + 255 * f->scale[c * n];
         if (f->ratio[c] > f->ratio[t]) t = c;
     }
@@ -4700,7 +4700,7 @@ static void sfield__view_from(const sfield__build *b, sfield__view *v, const flo
     float d = sqrtf(eye[0] * eye[0] + eye[1] * eye[1] + eye[2] * eye[2]);
     uint32_t most = b->what == SFIELD__EMISSIVE ? SFIELD__EMISSIVE_WIDTH : SFIELD__MOST_WIDTH, c;
     memset(v->texel, 0, (size_t)b->h.channels * b->cells * sizeof *v->texel);
-    /* a word holds the samples of a texel's row */
+    /* A word of 64 bits holds a row of a texel's samples. */
     if (most > 64 * b->h.cube_side) most = 64 * b->h.cube_side;
     for (v->width = 64; v->width < most && ((float)v->width < 24 * d || v->width < 2 * b->h.cube_side);)
         v->width *= 2;
@@ -5103,7 +5103,7 @@ static sfield_result sfield__append_wavelets(sfield__build *b, size_t first)
     size_t i, n = 0;
     for (i = 0; i < b->count; i++) n += b->kept[i];
     if (n > 0xffffffffu - b->all_used) return SFIELD_ERR_LIMIT;
-    /* of nothing too: there is a pointer to add 0 to */
+    /* Room is made for no wavelets too, so that there is a pointer to add 0 to. */
     if (!b->all || b->all_used + n > b->all_room) {
         uint64_t room = ((uint64_t)b->all_used + n) * 3 / 2 + 1024;
         uint32_t *grown;
@@ -5148,7 +5148,7 @@ static sfield_result sfield__finish_wavelets(sfield__build *b)
     sfield_result result;
     size_t i;
     b->h.entries = b->all_used;
-    /* after a shard */
+    /* Samples behind those of the shard have no entries. */
     for (i = b->first + b->count; i < b->h.samples; i++) b->offsets[i + 1] = b->all_used;
     result = sfield__alloc_field(&b->allocator, &b->log, &b->h, &b->out);
     if (result != SFIELD_OK) return result;
@@ -8638,7 +8638,7 @@ SFIELD__KERNEL static void sfield__locate(const sfield_field *f, const float *p,
     face = sfield__lanes_select(is_x, zero, face);
     face = sfield__lanes_add(face, sfield__lanes_select(up, zero, one));
     d2 = sfield__lanes_add(d2, sfield__lanes_mul(z, z));
-    /* from far away all are outside */
+    /* If all points lie beyond the last shell but one, no shell has to be compared. */
     k = sfield__mask_bits(sfield__lanes_at_least(d2, sfield__lanes_all(f->radius2[f->h.shells - 2])));
     if (k == 0xffff) shell = sfield__lanes_all((float)f->h.shells);
     for (k = k == 0xffff ? f->h.shells : 0; k < f->h.shells; k++) {
@@ -9739,7 +9739,7 @@ static sfield_result sfield__make_item(const sfield_scene *s, const sfield_entit
         sfield__place_field(it, 1, e->source, scale);
     }
     sfield__hash_item(it);
-    /* what only receives may turn, unless it has a self-visibility */
+    /* An entity that only receives may turn, unless it has a self-visibility. */
     if (!s->algebra) {
         const int sparse = s->desc.product == SFIELD_PRODUCT_SPARSE;
         if (sparse && !it->identity && (e->occlusion || e->source))
@@ -10761,7 +10761,7 @@ static void sfield__find_masks(sfield__tile *t)
 #ifndef SFIELD_WITHOUT_ROOMS
         if (sfield__is_home(s, t->set, j)) t->hash[j] = sfield__hash(t->hash[j], 1);
 #endif
-        /* up to this occluder T is that of all lights, and is rounded */
+        /* Up to number `prefix` of the order T is that of all lights, and is rounded. */
         t->hash[j] = sfield__hash(t->hash[j], prefix) | 1;
         t->prefix[j] = prefix;
     }
@@ -10787,7 +10787,7 @@ static uint32_t sfield__find_hidden(const sfield__tile *t, uint32_t i, uint32_t 
     for (j = 0; j < t->count; j++) {
         const sfield__item *b = &t->s->item[t->item[j]];
         const float b2 = b->inscribed * b->inscribed, *near_j = t->d2 + j * SFIELD__LANES;
-        /* j hides i from no lane */
+        /* Then occluder j hides i from no lane. */
         if (!(t->widest[j] * t->farthest[i] > a->radius[0]) || j == i) continue;
         if (sfield__is_aside(t, a, b)) continue;
         for (l = 0; l < SFIELD__LANES; l++) {
@@ -11877,7 +11877,7 @@ typedef struct sfield__ray {
     float d2;
     uint32_t item;
     int light;
-} sfield__ray; /* light: its number, -1 an occluder */
+} sfield__ray; /* light: the number of a light; -1: the item is an occluder */
 
 typedef struct sfield__point {
     const sfield_scene *s;

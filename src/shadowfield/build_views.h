@@ -143,7 +143,7 @@ static void sfield__view_from(const sfield__build *b, sfield__view *v, const flo
     float d = sqrtf(eye[0] * eye[0] + eye[1] * eye[1] + eye[2] * eye[2]);
     uint32_t most = b->what == SFIELD__EMISSIVE ? SFIELD__EMISSIVE_WIDTH : SFIELD__MOST_WIDTH, c;
     memset(v->texel, 0, (size_t)b->h.channels * b->cells * sizeof *v->texel);
-    /* a word holds the samples of a texel's row */
+    /* A word of 64 bits holds a row of a texel's samples. */
     if (most > 64 * b->h.cube_side) most = 64 * b->h.cube_side;
     for (v->width = 64; v->width < most && ((float)v->width < 24 * d || v->width < 2 * b->h.cube_side);)
         v->width *= 2;

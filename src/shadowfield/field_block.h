@@ -20,7 +20,7 @@ enum {
     SFIELD__HEADER = 32
 };
 
-/* in files */
+/* These numbers stand in files. */
 typedef enum sfield__kind { SFIELD__KIND_OCCLUSION, SFIELD__KIND_SOURCE, SFIELD__KIND_SELF } sfield__kind;
 
 typedef struct sfield__header {     /* 32-bit fields only */

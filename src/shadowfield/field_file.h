@@ -8,7 +8,7 @@ static void sfield__write_words(uint8_t *to, const uint32_t *from, size_t count)
         for (i = 0; i < count; i++) sfield__put_u32(to + 4 * i, from[i]);
 }
 
-/* bytes, or samples of wavelets: milliseconds */
+/* How many bytes, or samples of wavelets, lie between two calls of progress, which takes milliseconds. */
 enum { SFIELD__STEP = 1 << 18, SFIELD__STEP_SAMPLES = 1024 };
 
 /* Takes a call's allocator and progress. Returns 0 if the allocator has one of its two functions alone. */
@@ -79,7 +79,7 @@ static int sfield__find_tone(sfield_field *f, sfield__part part)
     f->tone = 3;
     if (f->h.channels != 3 || f->h.basis != SFIELD_BASIS_SH || f->h.shard_end) return 1;
     for (c = 0; c < 3; c++) {
-        /* the greatest mean of the first shell */
+        /* This is the greatest mean that a sample of the first shell has. */
         f->ratio[c] = f->bias[c * n] + 255 * f->scale[c * n];
         if (f->ratio[c] > f->ratio[t]) t = c;
     }

@@ -79,7 +79,7 @@ SFIELD__KERNEL static void sfield__locate(const sfield_field *f, const float *p,
     face = sfield__lanes_select(is_x, zero, face);
     face = sfield__lanes_add(face, sfield__lanes_select(up, zero, one));
     d2 = sfield__lanes_add(d2, sfield__lanes_mul(z, z));
-    /* from far away all are outside */
+    /* If all points lie beyond the last shell but one, no shell has to be compared. */
     k = sfield__mask_bits(sfield__lanes_at_least(d2, sfield__lanes_all(f->radius2[f->h.shells - 2])));
     if (k == 0xffff) shell = sfield__lanes_all((float)f->h.shells);
     for (k = k == 0xffff ? f->h.shells : 0; k < f->h.shells; k++) {

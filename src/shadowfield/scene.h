@@ -211,7 +211,7 @@ static sfield_result sfield__make_item(const sfield_scene *s, const sfield_entit
         sfield__place_field(it, 1, e->source, scale);
     }
     sfield__hash_item(it);
-    /* what only receives may turn, unless it has a self-visibility */
+    /* An entity that only receives may turn, unless it has a self-visibility. */
     if (!s->algebra) {
         const int sparse = s->desc.product == SFIELD_PRODUCT_SPARSE;
         if (sparse && !it->identity && (e->occlusion || e->source))

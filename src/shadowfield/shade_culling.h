@@ -135,7 +135,7 @@ static void sfield__find_masks(sfield__tile *t)
 #ifndef SFIELD_WITHOUT_ROOMS
         if (sfield__is_home(s, t->set, j)) t->hash[j] = sfield__hash(t->hash[j], 1);
 #endif
-        /* up to this occluder T is that of all lights, and is rounded */
+        /* Up to number `prefix` of the order T is that of all lights, and is rounded. */
         t->hash[j] = sfield__hash(t->hash[j], prefix) | 1;
         t->prefix[j] = prefix;
     }
@@ -161,7 +161,7 @@ static uint32_t sfield__find_hidden(const sfield__tile *t, uint32_t i, uint32_t 
     for (j = 0; j < t->count; j++) {
         const sfield__item *b = &t->s->item[t->item[j]];
         const float b2 = b->inscribed * b->inscribed, *near_j = t->d2 + j * SFIELD__LANES;
-        /* j hides i from no lane */
+        /* Then occluder j hides i from no lane. */
         if (!(t->widest[j] * t->farthest[i] > a->radius[0]) || j == i) continue;
         if (sfield__is_aside(t, a, b)) continue;
         for (l = 0; l < SFIELD__LANES; l++) {

@@ -85,7 +85,7 @@ static sfield_result sfield__append_wavelets(sfield__build *b, size_t first)
     size_t i, n = 0;
     for (i = 0; i < b->count; i++) n += b->kept[i];
     if (n > 0xffffffffu - b->all_used) return SFIELD_ERR_LIMIT;
-    /* of nothing too: there is a pointer to add 0 to */
+    /* Room is made for no wavelets too, so that there is a pointer to add 0 to. */
     if (!b->all || b->all_used + n > b->all_room) {
         uint64_t room = ((uint64_t)b->all_used + n) * 3 / 2 + 1024;
         uint32_t *grown;
@@ -130,7 +130,7 @@ static sfield_result sfield__finish_wavelets(sfield__build *b)
     sfield_result result;
     size_t i;
     b->h.entries = b->all_used;
-    /* after a shard */
+    /* Samples behind those of the shard have no entries. */
     for (i = b->first + b->count; i < b->h.samples; i++) b->offsets[i + 1] = b->all_used;
     result = sfield__alloc_field(&b->allocator, &b->log, &b->h, &b->out);
     if (result != SFIELD_OK) return result;

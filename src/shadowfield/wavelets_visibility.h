@@ -4,7 +4,7 @@ typedef struct sfield__ray {
     float d2;
     uint32_t item;
     int light;
-} sfield__ray; /* light: its number, -1 an occluder */
+} sfield__ray; /* light: the number of a light; -1: the item is an occluder */
 
 typedef struct sfield__point {
     const sfield_scene *s;
