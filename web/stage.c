@@ -316,7 +316,7 @@ void pg_stage_look(pg_stage *s, const pg_model *model, const pg_view *view, floa
     memcpy(s->ground, model->center, sizeof model->center);
     s->ground[1] = model->ground;
     turn_about_y(turn, s->ground, s->ground);
-    s->ground[3] = 6 * model->radius;
+    s->ground[3] = PG_GROUND_END * model->radius;
 }
 
 void pg_stage_project(const pg_stage *s, const float point[3], float out[2])

@@ -19,6 +19,8 @@ typedef struct pg_mesh {            /* a mesh of the scene on the GPU, triangles
     glbk_buffer vertices, indices;
 } pg_mesh;
 
+enum { PG_GROUND_END = 6 };         /* radii of the model from its middle, where its ground has become the backdrop */
+
 typedef struct pg_model {
     ex_scene      scene;            /* without its sky; the ground is its last object, unless there is none */
     float         center[3], radius;/* without the ground */
