@@ -73,21 +73,26 @@ int pd_picture_maps(pd_picture *p, const void *data, size_t bytes, float radius,
 int pd_picture_sky(pd_picture *p, const ex_sky *sky, char *error)
 {
     glbk_csm_lights_desc lights;
+    glbk_csm_lights fresh;
     lsamp_light_desc light;
     glbk_result result;
+    uint32_t start;
     float *texels;
     memset(&lights, 0, sizeof lights);
     memset(&light, 0, sizeof light);
     if (pg_stage_sky(&p->stage, sky, &texels, &light.width, &light.height, error) != 0) return -1;
-    glbk_csm_lights_free(p->stage.gl, &p->lights);
     light.kind = LSAMP_LIGHT_ENVIRONMENT;
     light.radiance[0] = light.radiance[1] = light.radiance[2] = 1;
     light.texels = texels;
     lights.lights = &light;
     lights.light_count = 1;
-    result = glbk_csm_lights_create(p->stage.gl, &lights, &p->sky_start, &p->lights);
+    result = glbk_csm_lights_create(p->stage.gl, &lights, &start, &fresh);
     free(texels);
-    return result == GLBK_OK ? 0 : pg_failed("the sky", result, error);
+    if (result != GLBK_OK) return pg_failed("the sky", result, error);
+    glbk_csm_lights_free(p->stage.gl, &p->lights);
+    p->lights = fresh;
+    p->sky_start = start;
+    return 0;
 }
 
 /* ---- a frame ---- */

@@ -326,7 +326,7 @@ static glbk_result bounce_by_ism(pg_stage *stage, const glbk_pass *pass, const f
     mesh.indices = indices;
     if (room.has_mesh) result = glbk_ism_mesh_move(gl, &room.maps, positions, 0);
     else result = glbk_ism_mesh_upload(gl, &room.maps, &mesh);
-    room.has_mesh = 1;
+    room.has_mesh = result == GLBK_OK;
     if (result == GLBK_OK) result = choose(stage, &mesh);
     free(positions);
     free(indices);

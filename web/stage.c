@@ -90,6 +90,8 @@ glbk_result pg_stage_compile(pg_stage *s, const char *text, glbk_program *out)
 static glbk_result make_sky(pg_stage *s, const float *rgba, uint32_t width, uint32_t height)
 {
     glbk_texture_desc desc;
+    glbk_texture fresh;
+    glbk_result result;
     memset(&desc, 0, sizeof desc);
     desc.format = GLBK_FORMAT_RGBA32F;
     desc.width = width;
@@ -97,8 +99,11 @@ static glbk_result make_sky(pg_stage *s, const float *rgba, uint32_t width, uint
     desc.sampling = s->gl->float_linear ? GLBK_SAMPLING_LINEAR : GLBK_SAMPLING_NEAREST;
     desc.repeat = 1;
     desc.data = rgba;
+    result = glbk_texture_create(s->gl, &desc, &fresh);
+    if (result != GLBK_OK) return result;           /* the sky that was there stays */
     glbk_texture_free(s->gl, &s->sky);
-    return glbk_texture_create(s->gl, &desc, &s->sky);
+    s->sky = fresh;
+    return GLBK_OK;
 }
 
 int pg_stage_create(pg_stage *s, glbk_context *gl, char *error)
@@ -176,18 +181,19 @@ enum { SKY_WIDTH = 512, SKY_HEIGHT = 256 };
 /* At most SKY_WIDTH x SKY_HEIGHT texels, each the mean of those that it stands for. */
 static float *shrink(const ex_sky *sky, uint32_t *width, uint32_t *height)
 {
-    uint32_t step = 1;
+    uint32_t across = 1, down = 1;
     float *out;
-    while (sky->width / step > SKY_WIDTH || sky->height / step > SKY_HEIGHT) step++;
-    *width = sky->width / step;
-    *height = sky->height / step;
+    while (sky->width / across > SKY_WIDTH) across++;
+    while (sky->height / down > SKY_HEIGHT) down++;
+    *width = sky->width / across;
+    *height = sky->height / down;
     out = calloc(4 * (size_t)*width * *height, sizeof *out);
     if (!out) return NULL;
-    for (uint32_t y = 0; y < *height * step; y++)
-        for (uint32_t x = 0; x < *width * step; x++)
+    for (uint32_t y = 0; y < *height * down; y++)
+        for (uint32_t x = 0; x < *width * across; x++)
             for (uint32_t k = 0; k < 3; k++)
-                out[4 * ((size_t)(y / step) * *width + x / step) + k] +=
-                    sky->rgb[3 * ((size_t)y * sky->width + x) + k] / (float)(step * step);
+                out[4 * ((size_t)(y / down) * *width + x / across) + k] +=
+                    sky->rgb[3 * ((size_t)y * sky->width + x) + k] / (float)(across * down);
     for (size_t i = 0; i < (size_t)*width * *height; i++) out[4 * i + 3] = 1;
     return out;
 }
@@ -223,10 +229,12 @@ int pg_stage_sky(pg_stage *s, const ex_sky *sky, float **texels, uint32_t *width
     float *rgba = shrink(sky, &w, &h);
     glbk_result result;
     if (!rgba) return pg_failed("the sky", GLBK_ERR_ALLOC, error);
-    measure(s, rgba, w, h);
-    choose_backdrop(s);
     result = make_sky(s, rgba, w, h);
-    s->frames = 0;
+    if (result == GLBK_OK) {
+        measure(s, rgba, w, h);
+        choose_backdrop(s);
+        s->frames = 0;
+    }
     if (result == GLBK_OK && texels) {
         for (size_t i = 0; i < (size_t)w * h; i++) memmove(rgba + 3 * i, rgba + 4 * i, 3 * sizeof *rgba);
         *texels = rgba;
