@@ -63,9 +63,16 @@ export async function buildHere(mesh, { side = 64, mapSide = 128, layers = 0, th
 /* Builds in a worker, which ends with the build or when options.signal aborts. */
 export function build(mesh, { onProgress, onThreads, signal, ...options } = {}) {
     return new Promise((resolve, reject) => {
+        if (signal?.aborted) throw new DappleError('cancelled');
+        const copy = { positions: Float32Array.from(mesh.positions), indices: mesh.indices ? Uint32Array.from(mesh.indices) : null };
         const worker = new Worker(new URL('./dapple.worker.mjs', import.meta.url), { type: 'module' });
-        const end = (settle, value) => { worker.terminate(); settle(value); };
-        if (signal) signal.addEventListener('abort', () => end(reject, new DappleError('cancelled')), { once: true });
+        const abort = () => end(reject, new DappleError('cancelled'));
+        const end = (settle, value) => {
+            worker.terminate();
+            signal?.removeEventListener('abort', abort);
+            settle(value);
+        };
+        signal?.addEventListener('abort', abort);
         worker.onerror = (event) => end(reject, new DappleError(event.message || 'the worker could not be started'));
         worker.onmessage = ({ data }) => {
             if (data.fraction !== undefined) { if (onProgress) onProgress(data.fraction); }
@@ -73,8 +80,11 @@ export function build(mesh, { onProgress, onThreads, signal, ...options } = {}) 
             else if (data.error !== undefined) end(reject, new DappleError(data.error));
             else end(resolve, data.block);
         };
-        worker.postMessage({ mesh: { positions: Float32Array.from(mesh.positions),
-            indices: mesh.indices ? Uint32Array.from(mesh.indices) : null }, options });
+        try {
+            worker.postMessage({ mesh: copy, options });
+        } catch (error) {                           // an option that cannot be sent
+            end(reject, error);
+        }
     });
 }
 

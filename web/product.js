@@ -37,10 +37,9 @@ function fromModule(module, fail) {
 /* The worker's own program: it is this text, with that of product.wasm.js before it, since a page from the disk may not
    fetch scripts for workers. */
 function work() {
-    self.onmessage = async (event) => {
-        const { name, bytes, sides, how, module } = event.data;
-        const told = (fraction) => { self.postMessage({ fraction }); return false; };
-        const fail = (error) => self.postMessage({ error: 'building failed: ' + error.message });
+    const told = (fraction) => { self.postMessage({ fraction }); return false; };
+    const fail = (error) => self.postMessage({ error: 'building failed: ' + error.message });
+    const run = async ({ name, bytes, sides, how, module }) => {
         const program = await self.DappleProduct({ onProgress: told, print: () => {}, printErr: () => {}, instantiateWasm: fromModule(module, fail) });
         const text = (f) => program.ccall(f, 'string', [], []);
         if (bytes) program.FS.writeFile(name, bytes);
@@ -57,6 +56,7 @@ function work() {
         }
         self.postMessage({ done: true });
     };
+    self.onmessage = ({ data }) => run(data).catch(fail);       // the page would not hear of a promise that fails
 }
 
 function stop() {
@@ -111,7 +111,9 @@ function rebuild() {
     const side = number('side'), pixels = number('pixels');
     const coarse = [[16, Math.min(64, pixels)], [Math.ceil(side / 2), pixels]].filter(([s], i) => s >= 16 + i && s < side);
     SIDES.splice(0, SIDES.length, ...coarse, [side, pixels]);
-    if (state.began) build();                       // or else begin() does
+    if (!state.began) return;                       // begin() builds
+    if (!state.lost) say('');
+    build();
 }
 
 /* Drivers compile the shaders when something is first drawn by them: a few pixels with the maps that are there and a dark sky. The
@@ -225,7 +227,11 @@ async function take(file) {
     } else if (/\.csm$/i.test(name)) {
         if (waiting()) state.early = bytes;         // whether they are maps is seen then
         else say('');
-        if (state.early || give(bytes)) { stop(); element('facts').textContent = `maps from ${name}, ${(bytes.length / 1e6).toFixed(1)} MB`; }
+        if (state.early || give(bytes)) {
+            stop();
+            state.finer = false;
+            element('facts').textContent = `maps from ${name}, ${(bytes.length / 1e6).toFixed(1)} MB`;
+        }
     } else say(`${name}: drop a .glb, a .hdr or saved maps (.csm)`);
 }
 
