@@ -152,7 +152,7 @@ function listen({ grab = null, keys = {} }) {
     canvas.addEventListener('keydown', (e) => {
         const all = { ArrowLeft: () => orbit(-0.1, 0), ArrowRight: () => orbit(0.1, 0), ArrowUp: () => orbit(0, 0.1),
             ArrowDown: () => orbit(0, -0.1), a: () => turn(-5), d: () => turn(5), '+': () => zoom(0.9), '-': () => zoom(1.1), ...keys };
-        if (!all[e.key]) return;
+        if (e.ctrlKey || e.altKey || e.metaKey || !all[e.key]) return;      // the browser's own, as Ctrl and + are
         all[e.key]();
         e.preventDefault();
     });

@@ -142,13 +142,22 @@ async function start() {
         if (dirty && dapple && !renderer.getContext().isContextLost()) { dirty = false; draw(); }
     };
     canvas.addEventListener('pointerdown', (e) => { drag = [e.clientX, e.clientY]; canvas.setPointerCapture(e.pointerId); });
-    canvas.addEventListener('pointerup', () => { drag = null; });
+    for (const end of ['pointerup', 'pointercancel']) canvas.addEventListener(end, () => { drag = null; });
+    const turnSun = (azimuth, height) => {
+        sun.azimuth += azimuth;
+        sun.height = Math.min(1.5, Math.max(0.15, sun.height + height));
+        dirty = true;
+    };
     canvas.addEventListener('pointermove', (e) => {
         if (!drag) return;
-        sun.azimuth += 3 * (e.clientX - drag[0]) / canvas.clientHeight;
-        sun.height = Math.min(1.5, Math.max(0.15, sun.height - 2 * (e.clientY - drag[1]) / canvas.clientHeight));
+        turnSun(3 * (e.clientX - drag[0]) / canvas.clientHeight, -2 * (e.clientY - drag[1]) / canvas.clientHeight);
         drag = [e.clientX, e.clientY];
-        dirty = true;
+    });
+    const arrows = { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, 0.1], ArrowDown: [0, -0.1] };
+    canvas.addEventListener('keydown', (e) => {
+        if (e.ctrlKey || e.altKey || e.metaKey || !arrows[e.key]) return;
+        turnSun(...arrows[e.key]);
+        e.preventDefault();
     });
     element('width').addEventListener('input', () => { dirty = true; });
     window.addEventListener('resize', () => { dirty = true; });

@@ -431,6 +431,10 @@ async function three() {
         must(difference(back, seen[1]).mean < 0.05, 'after a lost context the picture is another one');
         must(said.every((line) => /Context (Restored|Lost)/.test(line)), `the console has: ${said.join(' | ')}`);
         said.length = 0;
+        const azimuth = await page.evaluate('dapplePage.sun.azimuth');
+        await page.focus('#picture');
+        await page.keyboard.press('ArrowRight');
+        must(Math.abs(await page.evaluate('dapplePage.sun.azimuth') - azimuth - 0.1) < 1e-6, 'an arrow does not turn the sun');
     }
     must(mean(seen[0], true) < mean(seen[1], true) - 8, `left: ${mean(seen[0], true)}, ${mean(seen[1], true)}`);
     must(mean(seen[1], false) < mean(seen[0], false) - 8, `right: ${mean(seen[1], false)}, ${mean(seen[0], false)}`);
@@ -515,6 +519,8 @@ const tests = {
                     if (r.left < box.left || r.right > box.right - padding + 0.5 || r.top < 0 || r.bottom > innerHeight) list.push(`${named} is clipped: ${Object.values(r.toJSON())}`);
                     else if (!top || !(c.contains(top) || top.contains(c))) list.push(`${named} lies below ${top?.localName} ${top?.id}`);
                 }
+                for (const c of document.querySelectorAll('input, select, progress, canvas'))
+                    if (!c.labels?.length && !c.getAttribute('aria-label')) list.push(`${c.localName} ${c.id} has no name`);
                 scrollTo(0, 0);
                 if (panel) panel.scrollTo(0, 0);
                 return { list, controls: controls.length };
@@ -682,6 +688,11 @@ const tests = {
             must(Math.abs(after[what] - wanted) < 1e-6, `${key}: ${what} is ${after[what]}, not ${wanted}`);
             for (const other of Object.keys(before)) must(other === what || after[other] === before[other], `${key} changes ${other}`);
         }
+        const still = JSON.stringify(await now());   // with Ctrl they are the browser's
+        await page.keyboard.down('Control');
+        for (const key of ['d', 'ArrowLeft']) await page.keyboard.press(key);
+        await page.keyboard.up('Control');
+        must(JSON.stringify(await now()) === still, 'keys with Ctrl turn something');
         /* Every control can be reached without a mouse, in the order of the page. */
         await page.evaluate('document.activeElement.blur()');
         const wanted = await page.evaluate('[...document.querySelectorAll("canvas, #panel button, #panel select, #panel input, #panel a, #panel summary")]'
@@ -776,6 +787,14 @@ const tests = {
         await drop('pole.glb', Buffer.from('no model'));      // the name of the model that is there, which a lost context needs again
         must(await message() !== '', 'a broken pole.glb gave no message');
         must(await page.evaluate('state.files.get("pole.glb").length') === pole.length, 'a broken file took the place of the model of its name');
+        /* What breaks the program in the worker is told of, too, and leaves no worker. */
+        await page.evaluate('window.kept = state.files.get("pole.glb"), state.files.set("pole.glb", 5), build()');
+        await until('!state.worker', 60000);
+        must(/^building failed/.test(await message()), `the worker broke, and the page says: ${await message()}`);
+        await page.evaluate('state.files.set("pole.glb", kept)');
+        await drop('line.hdr', Buffer.concat([Buffer.from('#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1024\n'), Buffer.alloc(4096, 128)]));
+        must(await message() === '', `a sky of one row is refused: ${await message()}`);
+        await drop('sunny.hdr', sunnySky());
     },
     async a_lost_context_comes_back() {
         await page.evaluate('FULL = 2');
@@ -1038,6 +1057,19 @@ const tests = {
         must(/cohsm_open/.test(cut), `a block that is none: ${cut}`);
         const stopped = await text('const a = new AbortController(), p = d.build({ positions: [0, 0, 0, 1, 0, 0, 0, 1, 0] }, { signal: a.signal }); a.abort(); await p');
         must(stopped === 'cancelled', `an aborted build: ${stopped}`);
+        /* A signal that aborted before, no positions, an option that cannot be sent to a worker: none is built, and no worker stays. */
+        const left = await page.evaluate(async () => {
+            const d = await import(`${location.origin}/dapple.mjs`), Real = Worker, gone = new AbortController(), seen = [];
+            const mesh = { positions: [0, 0, 0, 1, 0, 0, 0, 1, 0] };
+            let alive = 0;
+            window.Worker = class extends Real { constructor(...of) { super(...of); alive++; } terminate() { alive--; super.terminate(); } };
+            gone.abort();
+            for (const [m, options] of [[mesh, { signal: gone.signal }], [{}, {}], [mesh, { odd: () => 1 }]])
+                await d.build(m, options).then(() => seen.push('built'), () => seen.push('refused'));
+            window.Worker = Real;
+            return [alive, ...seen].join();
+        });
+        must(left === '0,refused,refused,refused', `workers that stay, and what became of three builds: ${left}`);
     },
     async a_browser_without_webgl_2_is_told_why() {
         if (page) await page.close();
