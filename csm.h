@@ -2738,7 +2738,8 @@ static void cohsm__insert_hits(const cohsm__target *t, cohsm__hits *hits)
     hits->count = 0;
 }
 
-/* Specks are triangles whose box holds one sample. On a fine mesh nearly all that hold any are specks. */
+/* Specks are triangles whose box holds one sample, so that their corners lie up to 255/256 pixel from it. On
+   a fine mesh nearly all that hold any are specks. */
 typedef struct cohsm__specks {
     int32_t  corner[3][COHSM__QUEUE];   /* as seen from the sample: x in the low half, y in the high half */
     float    z[3][COHSM__QUEUE];
@@ -7257,8 +7258,8 @@ static inline COHSM__IN_KERNEL cohsm__sides cohsm__sides_step(cohsm__sides s, co
     return s;
 }
 
-/* Returns the areas at sample (x, y). Coordinates relative to the sample stay below 2^11, so that 32 bits are
-   enough. */
+/* Returns the areas at sample (x, y). Relative to the sample x stays below 2^11, and y below 2^18, as of tall
+   triangles in a shard of few rows, so that 32 bits are enough. */
 static inline COHSM__IN_KERNEL cohsm__sides cohsm__side_areas(const cohsm__triangles *p, cohsm__lane_ints x,
                                                               cohsm__lane_ints y)
 {

@@ -106,8 +106,8 @@ static inline COHSM__IN_KERNEL cohsm__sides cohsm__sides_step(cohsm__sides s, co
     return s;
 }
 
-/* Returns the areas at sample (x, y). Coordinates relative to the sample stay below 2^11, so that 32 bits are
-   enough. */
+/* Returns the areas at sample (x, y). Relative to the sample x stays below 2^11, and y below 2^18, as of tall
+   triangles in a shard of few rows, so that 32 bits are enough. */
 static inline COHSM__IN_KERNEL cohsm__sides cohsm__side_areas(const cohsm__triangles *p, cohsm__lane_ints x,
                                                               cohsm__lane_ints y)
 {

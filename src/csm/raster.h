@@ -231,7 +231,8 @@ static void cohsm__insert_hits(const cohsm__target *t, cohsm__hits *hits)
     hits->count = 0;
 }
 
-/* Specks are triangles whose box holds one sample. On a fine mesh nearly all that hold any are specks. */
+/* Specks are triangles whose box holds one sample, so that their corners lie up to 255/256 pixel from it. On
+   a fine mesh nearly all that hold any are specks. */
 typedef struct cohsm__specks {
     int32_t  corner[3][COHSM__QUEUE];   /* as seen from the sample: x in the low half, y in the high half */
     float    z[3][COHSM__QUEUE];
