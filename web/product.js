@@ -216,8 +216,13 @@ function put(list, name, bytes, use) {
 }
 
 async function take(file) {
-    const bytes = new Uint8Array(await file.arrayBuffer());
     const name = file.name.replace(/[^A-Za-z0-9._-]/g, '_');
+    let bytes;
+    try {
+        bytes = new Uint8Array(await file.arrayBuffer());
+    } catch {                                       // a folder, or more than there is memory
+        return say(`${name}: it cannot be read`);
+    }
     if (/\.glb$/i.test(name)) {
         put('model', name, bytes, load);
         keep('model', '.glb');
@@ -296,12 +301,17 @@ function save() {
 
 /* ---- start ---- */
 
-/* Reads a model or a sky that was chosen before the program was there. One that cannot be read is left out. */
+/* Reads a model or a sky that was chosen before the program or the context was there. One that cannot be read is left out. */
 function readChosen(what, list) {
     if (read(what, state[list])) return true;
-    if (state.shown || state[list] === BEGIN[list]) return false;
-    state.files.delete(state[list]);
+    const bad = state[list];
+    if (bad === BEGIN[list]) return false;
+    if (state.files.delete(bad)) [...element(list).options].find((o) => o.value === bad)?.remove();
     state[list] = BEGIN[list];
+    if (what === 'load') {                          // maps of what is left out are no other model's
+        stop();
+        state.block = state.early = null;
+    }
     pick(list, state[list]);
     return read(what, state[list]);
 }

@@ -787,6 +787,8 @@ const tests = {
         await drop('pole.glb', Buffer.from('no model'));      // the name of the model that is there, which a lost context needs again
         must(await message() !== '', 'a broken pole.glb gave no message');
         must(await page.evaluate('state.files.get("pole.glb").length') === pole.length, 'a broken file took the place of the model of its name');
+        await page.evaluate('take({ name: "a folder", arrayBuffer: () => Promise.reject(new Error("a folder")) })');
+        must(await message() === 'a_folder: it cannot be read', `of a folder the page says: ${await message()}`);
         /* What breaks the program in the worker is told of, too, and leaves no worker. */
         await page.evaluate('window.kept = state.files.get("pole.glb"), state.files.set("pole.glb", 5), build()');
         await until('!state.worker', 60000);
@@ -801,6 +803,17 @@ const tests = {
         await drop('pole.glb', pole);
         await built();
         await survives(2, 0.05);
+        /* A broken model that is dropped meanwhile is left out. */
+        await page.evaluate('SIDES.splice(0, 3, [4, 8]), loser.loseContext()');
+        await until('state.lost');
+        await drop('noise.glb', Buffer.from('glTFnoise'.repeat(50)));
+        await page.evaluate('loser.restoreContext()');
+        await until('!state.lost');
+        await built();
+        await changed();
+        await settled(2);
+        must(await page.evaluate('[state.model, state.blockOf, element("model").value].join()') === 'builtin:knot,builtin:knot,builtin:knot', 'it shows another model');
+        must(await message() !== '', 'a broken model gave no message');
     },
     /* What the program has taken of its memory, and objects of GL that are there. */
     async ten_models_take_the_memory_of_two() {
