@@ -1296,7 +1296,7 @@ static const struct { char facts[63];
 
 static const struct { char facts[46];
     char s0[3970]; char s1[3995]; char s2[3943];
-    char s3[3356]; char end; } glbk__glsl_lib_cohsm_light_glsl GLBK__TIGHT = {
+    char s3[3348]; char end; } glbk__glsl_lib_cohsm_light_glsl GLBK__TIGHT = {
     "lib/cohsm_light.glsl\0" "cohsm_math cohsm_octa" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\n\n\n\n\n#ifndef COHSM_LIGHT_TEXEL\n"
@@ -1681,16 +1681,17 @@ static const struct { char facts[46];
     "vec2 x=cohsm_pick_coords(l,u.xy);\n"
     "vec3 q,n;\n"
     "float area;\n"
-    "e.coords=vec3(x,u.z);\n"
+    "e.coords.xy=x;\n"
     "#ifdef COHSM_OWN_LIGHT\n"
-    "if(COHSM_SHAPE_OF(l)==COHSM_SHAPE_OWN)glbk_light_point(l.own,e.coords,q,n,area);\n"
-    "else cohsm_surface_point(l,x,q,n,area);\n"
+    "if(COHSM_SHAPE_OF(l)==COHSM_SHAPE_OWN){\n"
+    "e.coords.z=u.z;\n"
+    "glbk_light_point(l.own,e.coords,q,n,area);\n"
+    "}else cohsm_surface_point(l,x,q,n,area);\n"
     "#else\n"
     "cohsm_surface_point(l,x,q,n,area);\n"
     "#endif\n"
     "if(!cohsm_finite3(q)||!cohsm_finite3(n)||!cohsm_finite(area)||!(area>.0))return false;\n"
-    "if(dot(n,n)>.0)n=cohsm_normalize(n);\n"
-    "return cohsm_emit_area(l,a,q,n,x,1./area,e);\n"
+    "return cohsm_emit_area(l,a,q,cohsm_normalize(n),x,1./area,e);\n"
     "}\n"
     "\n\n\nbool cohsm_light_draw(const cohsm_light l,const cohsm_aim a,vec3 u,out cohsm_emission e)\n"
     "{\n"

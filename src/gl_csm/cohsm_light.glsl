@@ -461,16 +461,17 @@ bool cohsm_shape_draw(const in cohsm_light l, const in cohsm_aim a, vec3 u, inou
     vec2 x = cohsm_pick_coords(l, u.xy);
     vec3 q, n;
     float area;
-    e.coords = vec3(x, u.z);
+    e.coords.xy = x;
 #ifdef COHSM_OWN_LIGHT
-    if (COHSM_SHAPE_OF(l) == COHSM_SHAPE_OWN) glbk_light_point(l.own, e.coords, q, n, area);
-    else cohsm_surface_point(l, x, q, n, area);
+    if (COHSM_SHAPE_OF(l) == COHSM_SHAPE_OWN) {
+        e.coords.z = u.z;
+        glbk_light_point(l.own, e.coords, q, n, area);
+    } else cohsm_surface_point(l, x, q, n, area);
 #else
     cohsm_surface_point(l, x, q, n, area);
 #endif
     if (!cohsm_finite3(q) || !cohsm_finite3(n) || !cohsm_finite(area) || !(area > 0.0)) return false;
-    if (dot(n, n) > 0.0) n = cohsm_normalize(n);
-    return cohsm_emit_area(l, a, q, n, x, 1.0 / area, e);
+    return cohsm_emit_area(l, a, q, cohsm_normalize(n), x, 1.0 / area, e);
 }
 
 // Draws a point of the light in proportion to its texture (P_L), and returns whether the aim's point gets any

@@ -338,7 +338,7 @@ static const char saddle_glsl[] =
     "}\n"
     "vec3 glbk_light_emission(vec4 own, vec3 x, vec3 direction)\n"
     "{\n"
-    "    return vec3(0.5 + x.x, own.y, max(-direction.y, 0.0) - 0.2);\n"
+    "    return vec3(0.5 + x.x + x.z, own.y, max(-direction.y, 0.0) - 0.2);\n"
     "}\n";
 
 static void saddle(void *user, float time, const float x[3], float position[3], float normal[3], float *area)
@@ -358,7 +358,7 @@ static void saddle_shines(void *user, float time, const float x[3], const float 
 {
     const float *own = (const float *)user;
     (void)time;
-    rgb[0] = 0.5f + x[0];
+    rgb[0] = 0.5f + x[0] + x[2];
     rgb[1] = own[1];
     rgb[2] = (direction[1] < 0 ? -direction[1] : 0) - 0.2f;
 }
@@ -368,7 +368,8 @@ static void saddle_shines(void *user, float time, const float x[3], const float 
 static void lights_by_glsl_of_your_own_agree_with_functions(void **state)
 {
     GL_TEST(t, state)
-    static const lsamp_light_kind kinds[3] = { LSAMP_LIGHT_CALLBACK, LSAMP_LIGHT_RECTANGLE, LSAMP_LIGHT_ENVIRONMENT };
+    static const lsamp_light_kind kinds[4] = { LSAMP_LIGHT_CALLBACK, LSAMP_LIGHT_RECTANGLE, LSAMP_LIGHT_ENVIRONMENT,
+                                               LSAMP_LIGHT_SURFACE };
     const glbk_gbuffer_desc seen = { SIDE, SIDE, { 0, 0, 0, 0, NULL, NULL }, NULL };
     static float own[4] = { 0.7f, 1.5f, 0, 0 };
     glbk_csm_renderer_desc desc;
@@ -394,7 +395,7 @@ static void lights_by_glsl_of_your_own_agree_with_functions(void **state)
     all.light_count = 1;
     all.lobes = lobes;
     all.lobe_count = 2;
-    for (i = 0; i < 3; i++)
+    for (i = 0; i < 4; i++)
         for (k = 0; k < 2; k++) {
             lsamp_light_desc d = describe(kinds[i], 0);
             d.shape_fn = saddle;
