@@ -4093,11 +4093,11 @@ static glbk_result glbk__sfield_haar_fill(glbk__sfield_nursery *n, const glbk_sf
     return n->roots.result;
 }
 
-/* Returns a number for where a scene's fields begin in its table, never 0. Scenes of one number have the
-   self-visibilities of each other. */
+/* Returns a number for where a scene's fields begin and end in its table, never 0. Scenes of one number have
+   the self-visibilities of each other: a field made anew at an old one's address has another size. */
 static uint64_t glbk__sfield_haar_key(const glbk_sfield_scene *s)
 {
-    uint64_t key = 1;
+    uint64_t key = s->texels;
     size_t i;
     for (i = 0; i < s->field_count; i++)
         key = (key ^ ((uint64_t)(uintptr_t)s->fields[i].field << 8 ^ s->fields[i].start)) * 1099511628211u;

@@ -679,6 +679,80 @@ static void self_visibility_is_of_one_scene(void **state)
     close_world(t, &w);
 }
 
+/* Gives the same memory from the start again whenever `used` is set to 0, and takes nothing back. */
+enum { ARENA = 1 << 20 };
+static struct { char *bytes; size_t used; } arena;
+
+static void *take_arena(size_t size, void *user)
+{
+    void *at = arena.bytes + arena.used;
+    (void)user;
+    if (size > ARENA - arena.used) return NULL;
+    arena.used += (size + 63) / 64 * 64;
+    return at;
+}
+
+static void leave_arena(void *block, void *user) { (void)block, (void)user; }
+
+/* Opens a self-visibility of the box's first points where the one before was. */
+static sfield_field *open_again(uint32_t points)
+{
+    model box = model_box(1, 0.5, 0.7);
+    const sfield_mesh of_box = mesh_of(&box);
+    const sfield_desc d = haar_desc(5, 4);
+    sfield_field *built, *opened;
+    sfield_system system;
+    size_t bytes;
+    void *file;
+    memset(&system, 0, sizeof system);
+    system.allocator.alloc_fn = take_arena;
+    system.allocator.free_fn = leave_arena;
+    assert_int_equal(sfield_build_self(&d, &of_box, AT(at_box, out_of_box, points), 0.01f, &built, NULL), SFIELD_OK);
+    bytes = sfield_bytes(built);
+    file = malloc(bytes);
+    assert_non_null(file);
+    assert_int_equal(sfield_write(built, file, bytes), SFIELD_OK);
+    arena.used = 0;
+    assert_int_equal(sfield_open(file, bytes, &system, &opened), SFIELD_OK);
+    free(file);
+    sfield_free(built);
+    model_free(&box);
+    return opened;
+}
+
+/* A field that is freed and made anew may have the address of the old one, and is another one all the same. */
+static void self_visibility_at_an_old_address_is_another(void **state)
+{
+    GL_TEST(t, state)
+    static glbk_sfield_own owns[WIDTH];
+    static world w;
+    const sfield_field *two[2] = { field[BOX], NULL };
+    glbk_sfield_haar_scene_desc sd = scene_desc();
+    glbk_sfield_scene old, made;
+    uint32_t i;
+    arena.bytes = (char *)malloc(ARENA);
+    assert_non_null(arena.bytes);
+    open_world(t, &w, 0);
+    sd.fields = two;
+    sd.field_count = 2;
+    two[1] = open_again(WIDTH);
+    assert_glbk(t, glbk_sfield_haar_upload(&t->gl, &sd, &old));
+    memset(owns, 0, sizeof owns);
+    for (i = 0; i < WIDTH; i++) {
+        owns[i].self = two[1];
+        owns[i].point = i;
+    }
+    assert_glbk(t, glbk_sfield_haar_self(&t->gl, &w.haar, &old, 0, 1, owns));
+    glbk_sfield_scene_free(&t->gl, &old);
+    assert_ptr_equal(open_again(WIDTH / 2), two[1]);        /* half of the points: the others would be no trees */
+    assert_glbk(t, glbk_sfield_haar_upload(&t->gl, &sd, &made));
+    LOGGED("glbk_sfield_haar_shade: scene is not the one of glbk_sfield_haar_self",
+           glbk_sfield_haar_shade(&t->gl, &w.haar, &w.gbuffer, &made, 1), GLBK_ERR_MISMATCH);
+    glbk_sfield_scene_free(&t->gl, &made);
+    close_world(t, &w);
+    free(arena.bytes);
+}
+
 /* ---- failures put into GL's mouth, and a state turned over ---- */
 
 static uint32_t (GLBK_CALL *real_error)(void);
@@ -838,7 +912,7 @@ int main(int count, char **values)
         gl_unit_test(scenes_are_shaded_as_on_the_cpu), gl_unit_test(long_lists_take_more_rounds),
         gl_unit_test(bodies_of_every_side_of_texels), gl_unit_test(scenes_refuse_bad_arguments),
         gl_unit_test(renderers_refuse_bad_arguments), gl_unit_test(self_visibility_is_of_one_scene),
-        gl_unit_test(failures_leave_nothing),
+        gl_unit_test(self_visibility_at_an_old_address_is_another), gl_unit_test(failures_leave_nothing),
         gl_unit_test(a_hostile_state_changes_nothing), gl_unit_test(a_lost_context_is_called_no_more)
     };
     struct CMUnitTest lit[5];
