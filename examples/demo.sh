@@ -7,6 +7,8 @@
 #   ASSETS        a folder of real models and skies; without it only built-in scenes
 #   DEMO_SIZE     384x216; DEMO_SAMPLES of csm 256; DEMO_REFERENCE of the reference 128
 #   DEMO_SCENES   which scenes to make, e.g. "cornell knot"; default: all
+#   KEPT          a folder of kept references, of which those that show the same are taken (docs/references)
+#   REFERENCES    not empty: only prints the references' names and command lines, for tools/references
 # The page is written after each scene, so that its first picture can be looked at while the others are drawn.
 set -u
 BUILD=${BUILD:-build}
@@ -14,6 +16,7 @@ OUT=${OUT:-out}
 SIZE=${DEMO_SIZE:-384x216}
 SAMPLES=${DEMO_SAMPLES:-256}
 REFERENCE=${DEMO_REFERENCE:-128}
+KEPT=${KEPT-docs/references}
 ASSETS=${ASSETS:-}
 LIST=$OUT/gallery.tsv
 failures=0
@@ -53,6 +56,13 @@ group() {
     paths=$((REFERENCE * times))
     times=1
     case " ${DEMO_SCENES:-$scene} " in *" $scene "*) ;; *) scene=; return ;; esac
+    bounces=0
+    [ "$kind" = bounced ] && bounces=1
+    if [ -n "${REFERENCES:-}" ]; then
+        printf '%s\t%s\n' "$scene-$kind" "--technique reference $scene_arguments --set bounces=$bounces --size $SIZE"
+        scene=
+        return
+    fi
     if [ -n "$counting" ]; then
         total=$((total + 1)) scene=
         return
@@ -60,10 +70,8 @@ group() {
     write_page
     done=$((done + 1))
     echo "demo: $done of $total, after $(($(date +%s) - begun)) s: $title"
-    bounces=0
-    [ "$kind" = bounced ] && bounces=1
     if [ -n "$has_reference" ] && render "$scene-$kind-reference" --technique reference $scene_arguments \
-       --set bounces=$bounces --samples "$paths"; then
+       --set bounces=$bounces --samples "$paths" $kept; then
         reference=$scene-$kind-reference
     fi
     say group "$scene" "$kind" "$title" "$reference"
@@ -93,27 +101,10 @@ row() {
     say row "$technique" "$backend" "$remark" "$own"
 }
 
-rm -f "$LIST"
-command="make demo DEMO_SIZE=$SIZE DEMO_SAMPLES=$SAMPLES DEMO_REFERENCE=$REFERENCE"
-say run "$command${DEMO_SCENES:+ DEMO_SCENES=\"$DEMO_SCENES\"}${ASSETS:+ ASSETS=...}"
-has_reference=yes
-if "$BUILD/render" --list | grep -q '^  reference.*needs Embree'; then
-    has_reference=
-    leave "the reference and what is measured against it (libembree-dev is missing)"
-fi
-has_gl=yes
-if ! "$BUILD/render" --technique rsm --backend gl --scene builtin:uroom --size 16x16 --samples 4 --set side=16 \
-     --out "$OUT/probe.pfm" 2> "$OUT/probe.txt"; then
-    has_gl=
-    leave "rows on OpenGL ($(tail -n 1 "$OUT/probe.txt"))"
-fi
-rm -f "$OUT/probe.pfm" "$OUT/probe.txt"
-
 maps="--samples $SAMPLES --set side=64 --set filter=roulette"       # csm: 4,096 maps an object
 few="--samples $SAMPLES --set side=32 --set filter=roulette"        # 1,024
 fields="--set position_side=6 --set point_spacing=0.05"
 
-say best atrium-bounced-ism-cpu
 # shellcheck disable=SC2086
 scenes() {
 group cornell direct "Cornell box: direct light of its lamp" --scene builtin:cornell
@@ -227,6 +218,30 @@ else
     leave "real models (make assets, or ASSETS=FOLDER)"
 fi
 }
+if [ -n "${REFERENCES:-}" ]; then
+    counting=yes
+    scenes
+    exit 0
+fi
+rm -f "$LIST"
+command="make demo DEMO_SIZE=$SIZE DEMO_SAMPLES=$SAMPLES DEMO_REFERENCE=$REFERENCE"
+say run "$command${DEMO_SCENES:+ DEMO_SCENES=\"$DEMO_SCENES\"}${ASSETS:+ ASSETS=...}"
+has_reference=yes
+if "$BUILD/render" --list | grep -q '^  reference.*needs Embree'; then
+    has_reference=
+    leave "the reference and what is measured against it (libembree-dev is missing)"
+fi
+has_gl=yes
+if ! "$BUILD/render" --technique rsm --backend gl --scene builtin:uroom --size 16x16 --samples 4 --set side=16 \
+     --out "$OUT/probe.pfm" 2> "$OUT/probe.txt"; then
+    has_gl=
+    leave "rows on OpenGL ($(tail -n 1 "$OUT/probe.txt"))"
+fi
+rm -f "$OUT/probe.pfm" "$OUT/probe.txt"
+
+kept=
+[ -n "$KEPT" ] && [ -f "$KEPT/list.tsv" ] && kept="--kept $KEPT"
+say best atrium-bounced-ism-cpu
 counting=yes
 scenes
 counting=

@@ -11,8 +11,10 @@ typedef struct ex_image { uint32_t width, height; float *rgb; } ex_image;
 
 int   ex_image_alloc(ex_image *image, uint32_t width, uint32_t height);
 void  ex_image_free(ex_image *image);
-int   ex_image_write(const ex_image *image, const char *path, float ev, char *error); /* .png (sRGB of 2^ev L), .pfm */
+/* .pfm; .half.png, 16 bits a value, the bits of a half float of 0 to 65504; other .png: sRGB of 2^ev L. */
+int   ex_image_write(const ex_image *image, const char *path, float ev, char *error);
 int   ex_image_read_pfm(ex_image *image, const char *path, char *error);
+int   ex_image_read_half(ex_image *image, const char *path, char *error);        /* .half.png; wants stb */
 float ex_image_auto_ev(const ex_image *image);   /* 98th percentile of lit luminance to 0.9 */
 
 /* 8-bit RGB, rows from the top down; compressed where stb was found. */

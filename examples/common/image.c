@@ -1,4 +1,4 @@
-/* image.c - float images: PFM by hand, PNG through ex_png_write, exposure. */
+/* image.c - float images: PFM by hand, PNG through ex_png_write, half floats in a PNG, exposure. */
 #include "internal.h"
 #include <stdlib.h>
 #include <string.h>
@@ -85,10 +85,73 @@ static int write_png(const ex_image *image, const char *path, float ev, char *er
     return result;
 }
 
+/* The nearest half float, of a value that is not negative: what is less than half of the smallest becomes 0, what is
+   too large the largest, and so does not-a-number. */
+static uint16_t to_half(float value)
+{
+    uint32_t bits, exponent, shift;
+    if (value < 0) return 0;
+    if (!(value < 65504.0f)) return 0x7bff;
+    memcpy(&bits, &value, 4);
+    exponent = bits >> 23;
+    if (exponent < 102) return 0;
+    if (exponent >= 113) return (uint16_t)((bits - (112u << 23) + 0xfff + (bits >> 13 & 1)) >> 13);
+    shift = 126 - exponent;              /* without the leading one of others: multiples of 2^-24 */
+    bits = (bits & 0x7fffff) | 0x800000;
+    return (uint16_t)((bits + (1u << (shift - 1)) - 1 + (bits >> shift & 1)) >> shift);
+}
+
+static float from_half(uint16_t half)
+{
+    return half < 0x400 ? ldexpf((float)half, -24)
+                        : ldexpf((float)(0x400 | (half & 0x3ff)), (half >> 10) - 25);
+}
+
+static int write_half(const ex_image *image, const char *path, char *error)
+{
+    size_t count = 3 * (size_t)image->width * image->height, size = 0;
+    uint8_t *bytes = (uint8_t *)malloc(2 * count), *png;
+    for (size_t i = 0; bytes && i < count; i++) {
+        uint16_t half = to_half(image->rgb[i]);
+        bytes[2 * i] = (uint8_t)(half >> 8);
+        bytes[2 * i + 1] = (uint8_t)half;
+    }
+    png = bytes ? (uint8_t *)ex_png_encode(image->width, image->height, 3, 16, bytes, &size) : NULL;
+    free(bytes);
+    FILE *file = png ? fopen(path, "wb") : NULL;
+    int ok = file && fwrite(png, 1, size, file) == size;
+    if (file && fclose(file) != 0) ok = 0;
+    free(png);
+    return ok ? 0 : ex_fail(error, "%s: cannot write", path);
+}
+
+int ex_image_read_half(ex_image *image, const char *path, char *error)
+{
+    uint32_t width, height;
+    uint16_t *halves;
+    memset(image, 0, sizeof *image);
+    if (ex_stb_read_png16(path, &width, &height, &halves, error) != 0) return -1;
+    if (ex_image_alloc(image, width, height) != 0) {
+        free(halves);
+        return ex_fail(error, "%s: out of memory", path);
+    }
+    for (size_t i = 0; i < 3 * (size_t)width * height; i++) {
+        if (halves[i] > 0x7bff) {
+            ex_image_free(image);
+            free(halves);
+            return ex_fail(error, "%s: a value is no half float of 0 to 65504", path);
+        }
+        image->rgb[i] = from_half(halves[i]);
+    }
+    free(halves);
+    return 0;
+}
+
 int ex_image_write(const ex_image *image, const char *path, float ev, char *error)
 {
     if (!image->rgb || image->width == 0 || image->height == 0) return ex_fail(error, "%s: empty image", path);
     if (has_suffix(path, ".pfm")) return write_pfm(image, path, error);
+    if (has_suffix(path, ".half.png")) return write_half(image, path, error);
     if (has_suffix(path, ".png")) return write_png(image, path, ev, error);
     return ex_fail(error, "%s: the name must end in .png or .pfm", path);
 }

@@ -160,7 +160,8 @@ void ex_guest_free(ex_guest *guest);                 /* NULL is allowed */
    with one line in error. */
 int  ex_hdr_check(const char *path, char *error);
 
-/* stb behind two functions, see png.c. Pixels of read are malloc'ed, 3 floats each. */
+/* stb behind functions, see png.c. Pixels of read are malloc'ed, 3 numbers each. */
 int  ex_stb_read_hdr(const char *path, uint32_t *width, uint32_t *height, float **rgb, char *error);
+int  ex_stb_read_png16(const char *path, uint32_t *width, uint32_t *height, uint16_t **rgb, char *error);
 
 #endif

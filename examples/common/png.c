@@ -1,6 +1,6 @@
 /* png.c - 8-bit RGB PNG: compressed by stb_image_write where it was found, else in stored blocks by the few lines here,
    so that a machine with nothing but a compiler still gets pictures out of `make demo`. Only .hdr input needs stb:
-   there this file says so. */
+   there, and where a .half.png is to be read, this file says so. */
 #include "gltf.h"
 #include "internal.h"
 #include <stdlib.h>
@@ -84,6 +84,19 @@ int ex_stb_read_hdr(const char *path, uint32_t *width, uint32_t *height, float *
     return 0;
 }
 
+int ex_stb_read_png16(const char *path, uint32_t *width, uint32_t *height, uint16_t **rgb, char *error)
+{
+    int w = 0, h = 0, channels = 0;
+    if (!stbi_info(path, &w, &h, &channels)) return ex_fail(error, "%s: %s", path, stbi_failure_reason());
+    if (channels != 3 || !stbi_is_16_bit(path)) return ex_fail(error, "%s: not a PNG of 3 channels of 16 bits", path);
+    if ((double)w * h > 1 << 26) return ex_fail(error, "%s: %d x %d pixels are too many", path, w, h);
+    *rgb = stbi_load_16(path, &w, &h, &channels, 3);
+    if (!*rgb) return ex_fail(error, "%s: %s", path, stbi_failure_reason());
+    *width = (uint32_t)w;
+    *height = (uint32_t)h;
+    return 0;
+}
+
 double ex_picture_bytes(const void *data, size_t size)
 {
     int w = 0, h = 0, channels = 0, bytes = (int)(size < 0x7fffffff ? size : 0x7fffffff);
@@ -134,6 +147,12 @@ int ex_stb_read_hdr(const char *path, uint32_t *width, uint32_t *height, float *
 {
     (void)width; (void)height; (void)rgb;
     return ex_fail(error, "%s: built without stb (Debian: libstb-dev), so .hdr skies cannot be read", path);
+}
+
+int ex_stb_read_png16(const char *path, uint32_t *width, uint32_t *height, uint16_t **rgb, char *error)
+{
+    (void)width; (void)height; (void)rgb;
+    return ex_fail(error, "%s: built without stb (Debian: libstb-dev), so .half.png pictures cannot be read", path);
 }
 
 #endif

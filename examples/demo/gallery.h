@@ -25,6 +25,7 @@ typedef struct gal_row {
 typedef struct gal_group {                      /* one scene's direct or bounced light */
     char     scene[40], kind[20], title[200], reference[100];
     double   reference_ms, noise, triangles;
+    double   kept_ms, samples;                  /* of a reference that was there already; kept_ms is NaN of others */
     float    ev;                                /* of all its pictures: the reference's */
     uint32_t row_count;
     gal_row *rows;

@@ -70,6 +70,8 @@ static void read_reference(gallery *g, gal_group *group)
     char *json = *group->reference ? read_text(g, group->reference, ".json") : NULL;
     group->reference_ms = number_in(json, "frame_ms");
     group->noise = number_in(json, "noise");
+    group->kept_ms = number_in(json, "kept_ms");
+    group->samples = number_in(json, "samples");
     if (json) group->ev = (float)number_in(json, "ev");
     else group->reference[0] = 0;
     free(json);

@@ -261,7 +261,11 @@ static void show_group(page *p, const gal_group *group)
         table_line(p, line, 0);
     }
     table_end(p);
-    if (*group->reference)
+    if (*group->reference && isfinite(group->kept_ms))
+        paragraph(p, "%.0f triangles; the reference is a kept one of %.0f paths a pixel, which took %s on the "
+                  "machine that made it; its own relative noise is %s.", group->triangles, group->samples,
+                  milliseconds(group->kept_ms).text, number("%.4f", group->noise).text);
+    else if (*group->reference)
         paragraph(p, "%.0f triangles; the reference took %s, its own relative noise is %s.", group->triangles,
                   milliseconds(group->reference_ms).text, number("%.3f", group->noise).text);
     fputs("</details></section>\n", p->file);

@@ -356,6 +356,12 @@ static int set_out(rd_args *args, const char *value, char *error)
                : fail(error, "--out %.80s: must end in .png or .pfm", value);
 }
 
+static int set_kept(rd_args *args, const char *value, char *error)
+{
+    args->kept = value;
+    return *value ? 0 : fail(error, "--kept: the name is empty");
+}
+
 static int set_json(rd_args *args, const char *value, char *error)
 {
     args->json = value;
@@ -375,7 +381,8 @@ static const struct { const char *name; int (*set)(rd_args *args, const char *va
     { "--light", set_light }, { "--baked", set_baked }, { "--camera", set_camera }, { "--size", set_size },
     { "--samples", keep_for_later }, { "--frames", set_frames }, { "--time", set_time }, { "--seed", set_seed },
     { "--threads", set_threads },
-    { "--set", keep_for_later }, { "--out", set_out }, { "--json", set_json }, { "--limit-memory", set_limit_memory },
+    { "--set", keep_for_later }, { "--out", set_out }, { "--json", set_json }, { "--kept", set_kept },
+    { "--limit-memory", set_limit_memory },
 };
 
 static int apply(rd_args *args, const char *option, const char *value, char *error)
@@ -416,6 +423,10 @@ static int apply_technique(rd_args *args, int count, char **values, char *error)
 int rd_args_parse(rd_args *args, int count, char **values, char *error)
 {
     memset(args, 0, sizeof *args);
+    if (count > 1 && strcmp(values[count - 1], "--hash") == 0) {    /* the one option without a value stands last */
+        args->hash = 1;
+        count--;
+    }
     args->width = 640;
     args->height = 360;
     args->frames = 1;
@@ -426,8 +437,10 @@ int rd_args_parse(rd_args *args, int count, char **values, char *error)
         return fail(error, "--technique is missing (see render --help)");
     if (!args->scene)
         return fail(error, "--scene is missing (see render --help)");
-    if (!args->out)
+    if (!args->out && !args->hash)
         return fail(error, "--out is missing (see render --help)");
+    if (args->kept && strcmp(args->technique->name, "reference") != 0)
+        return fail(error, "--kept: pictures are kept of technique reference alone");
     return apply_technique(args, count, values, error);
 }
 

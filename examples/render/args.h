@@ -12,7 +12,8 @@ typedef struct rd_light_arg {
 typedef struct rd_args {
     const rd_technique *technique;
     int          use_gl;
-    const char  *scene, *env, *out, *json;             /* NULL where not given */
+    const char  *scene, *env, *out, *json, *kept;      /* NULL where not given */
+    int          hash;         /* --hash: nothing is drawn */
     char         figure[512];  /* file of --figure; "" where not given */
     float        figure_at[3];
     const char  *baked[RD_MOST_BAKED];

@@ -497,5 +497,5 @@ static const rd_key keys[] = {
 
 const rd_technique rd_csm = {
     "csm", "coherent shadow maps: precomputed visibility of rigid objects", NULL,
-    256, 1, 65536, 1, 1, keys, open_csm, update_csm, frame_csm, report_csm, close_csm
+    256, 1, 65536, 1, 1, 0, keys, open_csm, update_csm, frame_csm, report_csm, close_csm
 };

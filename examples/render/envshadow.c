@@ -413,6 +413,6 @@ static const rd_key keys[] = {
 
 const rd_technique rd_envshadow = {
     "envshadow", "shadow maps of many lights taken from an environment map", NULL,
-    16, 1, ENVSH_MAX_TAPS, 0, 0, keys, open_envshadow, update_envshadow, frame_envshadow, report_envshadow,
+    16, 1, ENVSH_MAX_TAPS, 0, 0, 0, keys, open_envshadow, update_envshadow, frame_envshadow, report_envshadow,
     close_envshadow
 };

@@ -429,6 +429,6 @@ static const rd_key keys[] = {
 };
 
 const rd_technique rd_ism = {
-    "ism", "one bounce and more from virtual point lights with imperfect shadow maps", NULL, 0, 1, 16384, 0, 0, keys,
+    "ism", "one bounce and more from virtual point lights with imperfect shadow maps", NULL, 0, 1, 16384, 0, 0, 0, keys,
     open_ism, update_ism, frame_ism, report_ism, close_ism
 };

@@ -1,8 +1,10 @@
 /* main.c - the program `render`: one picture of one scene by one technique. docs/programs.md is its definition. */
 #include "../common/gl_context.h"
 #include "../common/gl_timer.h"
+#include "kept.h"
 #include "setup.h"
 
+#include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -40,6 +42,8 @@ static void print_help(void)
          "  --limit-memory MB     what reading a scene or sky may take, nearly; default 1000\n"
          "  --set key=value       may be repeated; see --list\n"
          "  --json FILE           figures of the run; - is stdout\n"
+         "  --kept FOLDER         of technique reference: a picture that the folder has is not drawn again\n"
+         "  --hash                last: nothing is drawn, the number by which the folder knows the picture is printed\n"
          "\n"
          "exit status: 0 done, 1 failed, 2 bad arguments");
 }
@@ -93,6 +97,8 @@ typedef struct run {
     double        *sum;                /* of averaged frames */
     ex_image       picture;
     double         precompute_ms, *frame_ms;
+    uint32_t       first;              /* frame that is drawn; those before it are passed by */
+    rd_kept        kept;
     ex_gl         *context;            /* --backend gl, else NULL */
     glbk_context   gl;
 } run;
@@ -145,10 +151,15 @@ static void close_technique(run *r)
     r->state = NULL;
 }
 
+static float frame_time(const rd_args *args, uint32_t frame)
+{
+    return args->time + (float)frame / 30.0f;
+}
+
 /* The scene at a frame's time, and what the camera sees of it. */
 static int load(run *r, uint32_t frame, char *error)
 {
-    float time = r->args->time + (float)frame / 30.0f;
+    float time = frame_time(r->args, frame);
     uint32_t aa = (uint32_t)rd_setting_integer(&r->args->settings, "aa");
     int result = frame == 0 ? rd_setup(&r->scene, &r->job, &r->emitters, r->args, time, error)
                             : rd_move(&r->scene, &r->job, &r->emitters, time, error);
@@ -204,7 +215,7 @@ static int render_frames(run *r, char *error)
     double weight = average ? 1.0 / r->args->frames : 1;
     if (warm_up(r, error) != 0)
         return -1;
-    for (uint32_t i = 0; i < r->args->frames; i++) {
+    for (uint32_t i = r->first; i < r->args->frames; i++) {
         double start, update_ms;
         r->job.frame = i;
         r->job.seed = r->args->seed + i;
@@ -213,7 +224,7 @@ static int render_frames(run *r, char *error)
         start = ex_seconds();
         if (draw(r, error) != 0)
             return -1;
-        r->frame_ms[i] = update_ms + 1000 * (ex_seconds() - start);
+        r->frame_ms[i - r->first] = update_ms + 1000 * (ex_seconds() - start);
         for (size_t k = 0; k < values; k++)
             r->sum[k] = (average && i ? r->sum[k] : 0) + weight * (double)r->frame.rgb[k];
     }
@@ -287,34 +298,42 @@ static double median(double *values, uint32_t count)
     return 0.5 * (values[count / 2] + values[(count - 1) / 2]);
 }
 
-static int write_json(run *r, double ev, char *error)
+/* What is said of a picture however it was come by. */
+static void say_picture(rd_json *json, const run *r, double ev)
 {
     const rd_args *args = r->args;
+    rd_json_text(json, "technique", args->technique->name);
+    rd_json_text(json, "backend", args->use_gl ? "gl" : "cpu");
+    rd_json_text(json, "gl_renderer", r->job.gl ? r->gl.renderer : NULL);
+    rd_json_text(json, "path", !r->job.gl ? NULL : r->gl.compute ? "compute" : "core");
+    rd_json_text(json, "scene", args->scene);
+    rd_json_integer(json, "triangles", ex_scene_triangles(&r->scene));
+    rd_json_integer(json, "width", args->width);
+    rd_json_integer(json, "height", args->height);
+    rd_json_integer(json, "samples", r->kept.picture.rgb ? r->kept.samples : args->samples);
+    rd_json_number(json, "ev", ev);
+}
+
+static int write_json(run *r, double ev, char *error)
+{
     rd_json json = { NULL, 0, 0, 0 };
-    rd_report report = { 0, 0, &json };
     int result;
-    rd_json_text(&json, "technique", args->technique->name);
-    rd_json_text(&json, "backend", args->use_gl ? "gl" : "cpu");
-    rd_json_text(&json, "gl_renderer", r->job.gl ? r->gl.renderer : NULL);
-    rd_json_text(&json, "path", !r->job.gl ? NULL : r->gl.compute ? "compute" : "core");
-    rd_json_text(&json, "scene", args->scene);
-    rd_json_integer(&json, "triangles", ex_scene_triangles(&r->scene));
-    rd_json_integer(&json, "width", args->width);
-    rd_json_integer(&json, "height", args->height);
-    rd_json_integer(&json, "samples", args->samples);
-    rd_json_number(&json, "ev", ev);
-    rd_json_number(&json, "precompute_ms", r->precompute_ms);
-    rd_json_number(&json, "frame_ms", median(r->frame_ms, args->frames));
-    {
+    say_picture(&json, r, ev);
+    if (r->kept.picture.rgb) {
+        rd_json_number(&json, "kept_ms", r->kept.milliseconds);
+        rd_json_number(&json, "noise", r->kept.noise);
+    } else {
         rd_json own = { NULL, 0, 0, 0 };       /* the sizes come first, but one call reports both */
-        report.json = &own;
-        args->technique->report(r->state, &report);
+        rd_report report = { 0, 0, &own };
+        rd_json_number(&json, "precompute_ms", r->precompute_ms);
+        rd_json_number(&json, "frame_ms", median(r->frame_ms, r->args->frames - r->first));
+        r->args->technique->report(r->state, &report);
         rd_json_integer(&json, "memory_bytes", report.memory_bytes);
         rd_json_integer(&json, "peak_bytes", report.peak_bytes);
         rd_json_append(&json, &own);
         rd_json_free(&own);
     }
-    result = rd_json_write(&json, args->json, error);
+    result = rd_json_write(&json, r->args->json, error);
     rd_json_free(&json);
     return result;
 }
@@ -330,10 +349,43 @@ static int allocate(run *r, char *error)
     return -1;
 }
 
+/* The picture is there but for its exposure: writes it, and what there is to say. */
+static int write(run *r, char *error)
+{
+    const rd_args *args = r->args;
+    float ev = rd_setting_is(&args->settings, "ev", "auto") ? ex_image_auto_ev(&r->picture)
+                                                            : (float)rd_setting_number(&args->settings, "ev");
+    if (ex_image_write(&r->picture, args->out, ev, error) != 0)
+        return -1;
+    return args->json ? write_json(r, (double)ev, error) : 0;
+}
+
+/* --hash and --kept: what the last frame shows. Returns 1 where nothing is left to do, 0, or -1. */
+static int find_kept(run *r, char *error)
+{
+    const rd_args *args = r->args;
+    uint64_t hash;
+    if (!args->hash && !args->kept)
+        return 0;
+    if (args->frames > 1 && r->scene.animated &&
+        rd_move(&r->scene, &r->job, &r->emitters, frame_time(args, args->frames - 1), error) != 0)
+        return -1;
+    hash = rd_picture_hash(args, &r->job);
+    if (args->hash)
+        return printf("%016" PRIx64 "\n", hash), 1;
+    if (rd_kept_read(&r->kept, args->kept, hash, args->width, args->height, error) != 0)
+        return -1;
+    if (!r->kept.picture.rgb)
+        return args->frames > 1 && r->scene.animated
+                   ? rd_move(&r->scene, &r->job, &r->emitters, frame_time(args, 0), error) : 0;
+    memcpy(r->picture.rgb, r->kept.picture.rgb, 3 * (size_t)args->width * args->height * sizeof(float));
+    return write(r, error) == 0 ? 1 : -1;
+}
+
 static int render(run *r, char *error)
 {
     const rd_args *args = r->args;
-    float ev;
+    int found;
     if (load(r, 0, error) != 0 || allocate(r, error) != 0)
         return -1;
     r->job.scene = &r->scene;
@@ -345,6 +397,10 @@ static int render(run *r, char *error)
     r->job.samples = (args->samples + r->job.aa * r->job.aa - 1) / (r->job.aa * r->job.aa);
     r->job.frames = args->frames;
     r->job.seed = args->seed;
+    r->first = r->scene.animated && args->technique->last_alone ? args->frames - 1 : 0;
+    found = find_kept(r, error);
+    if (found != 0)
+        return found > 0 ? 0 : -1;
     r->job.pool = ex_pool_create(args->threads);
     if (!r->job.pool) {
         snprintf(error, EX_ERROR_SIZE, "out of memory");
@@ -355,11 +411,7 @@ static int render(run *r, char *error)
         return -1;
     add_seen_light(r);
     average_sub_pixels(r);
-    ev = rd_setting_is(&args->settings, "ev", "auto") ? ex_image_auto_ev(&r->picture)
-                                                      : (float)rd_setting_number(&args->settings, "ev");
-    if (ex_image_write(&r->picture, args->out, ev, error) != 0)
-        return -1;
-    return args->json ? write_json(r, (double)ev, error) : 0;
+    return write(r, error);
 }
 
 static void release(run *r)
@@ -369,6 +421,7 @@ static void release(run *r)
     glbk_free(&r->gl);
     ex_gl_free(r->context);
     ex_pool_free(r->job.pool);
+    ex_image_free(&r->kept.picture);
     ex_image_free(&r->picture);
     ex_image_free(&r->frame);
     ex_gbuffer_free(&r->gbuffer);

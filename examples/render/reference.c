@@ -365,5 +365,6 @@ const rd_technique rd_reference = {
 #else
     "needs Embree: apt-get install libembree-dev",
 #endif
-    1024, 1, 1u << 24, 1, 0, keys, open_reference, update_reference, frame_reference, report_reference, close_reference
+    1024, 1, 1u << 24, 1, 0, 1, keys, open_reference, update_reference, frame_reference, report_reference,
+    close_reference
 };

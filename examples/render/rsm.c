@@ -533,5 +533,5 @@ static const rd_key keys[] = {
 
 const rd_technique rd_rsm = {
     "rsm", "one bounce from reflective shadow maps", NULL,
-    400, 0, 1u << 20, 0, 0, keys, open_rsm, update_rsm, frame_rsm, report_rsm, close_rsm
+    400, 0, 1u << 20, 0, 0, 0, keys, open_rsm, update_rsm, frame_rsm, report_rsm, close_rsm
 };

@@ -1187,6 +1187,6 @@ static const rd_key keys[] = {
 
 const rd_technique rd_shadowfield = {
     "shadowfield", "precomputed shadow fields of moving objects", NULL,
-    0, 0, 0, 0, RD_MOST_BAKED, keys, open_shadowfield, update_shadowfield, frame_shadowfield, report_shadowfield,
+    0, 0, 0, 0, RD_MOST_BAKED, 0, keys, open_shadowfield, update_shadowfield, frame_shadowfield, report_shadowfield,
     close_shadowfield
 };

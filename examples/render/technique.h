@@ -65,6 +65,8 @@ typedef struct rd_technique {
     uint32_t      least_samples, most_samples;     /* both 0: --samples is refused */
     int           averages;            /* averages the frames of a static scene; else the last frame is written */
     int           accepts_baked;       /* reads files of --baked */
+    int           last_alone;          /* of an animated scene it draws the last frame alone: it keeps nothing from
+                                          frame to frame */
     const rd_key *keys;                /* its own --set keys, ended by a NULL name */
     int         (*open)(void **state, const rd_job *job, char *error);
     int         (*update)(void *state, const rd_job *job, char *error);
