@@ -54,7 +54,7 @@ static const char body[] =
 
 /* The library's functions, each file after those that it uses: "// uses:" in its first lines says which. */
 static const char *const files[] = {
-    "cohsm_math", "cohsm_octa", "cohsm_random", "cohsm_lookup", "cohsm_visible", "cohsm_light"
+    "cohsm_math", "cohsm_octa", "cohsm_random", "cohsm_lookup", "cohsm_visible", "cohsm_emission", "cohsm_light"
 };
 
 static int write_shader(FILE *out)
