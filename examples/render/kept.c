@@ -195,6 +195,7 @@ uint64_t rd_picture_hash(const rd_args *args, const rd_job *job)
 
 /* ---- the folder ---- */
 
+#if defined DAPPLE_HAVE_STB && DAPPLE_HAVE_STB
 /* Whether a line of the list is of this hash; then name and figures are its own. */
 static int is_line_of(const char *line, uint64_t hash, char name[64], rd_kept *kept)
 {
@@ -230,3 +231,11 @@ int rd_kept_read(rd_kept *kept, const char *folder, uint64_t hash, uint32_t widt
              (unsigned)height);
     return -1;
 }
+#else
+int rd_kept_read(rd_kept *kept, const char *folder, uint64_t hash, uint32_t width, uint32_t height, char *error)
+{
+    (void)folder, (void)hash, (void)width, (void)height, (void)error;
+    memset(kept, 0, sizeof *kept);
+    return 0;
+}
+#endif

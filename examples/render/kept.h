@@ -18,8 +18,8 @@ typedef struct rd_kept {
 } rd_kept;
 
 /* Looks into FOLDER/list.tsv, whose lines are hash, name, paths a pixel, noise, milliseconds and the command line, with
-   tabs between them, and reads FOLDER/NAME.half.png. 0, also where nothing is found; -1 with one line in error: a file
-   cannot be read, or the picture has another size. */
+   tabs between them, and reads FOLDER/NAME.half.png. 0, also where nothing is found, or where the build has no stb,
+   which reads pictures; -1 with one line in error: a file cannot be read, or the picture has another size. */
 int rd_kept_read(rd_kept *kept, const char *folder, uint64_t hash, uint32_t width, uint32_t height, char *error);
 
 #endif
