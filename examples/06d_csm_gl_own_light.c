@@ -157,7 +157,7 @@ static glbk_result draw(glbk_context *gl, scene *s, float turned, const glbk_tar
     glbk_gbuffer_object(gl, &s->seen, &torus);
     gl->gl.DrawElements(GLBK_GL_TRIANGLES, INDICES - 6, GLBK_GL_UNSIGNED_INT, NULL);
     glbk_gbuffer_object(gl, &s->seen, &ground);
-    gl->gl.DrawElements(GLBK_GL_TRIANGLES, 6, GLBK_GL_UNSIGNED_INT, (const char *)NULL + 4 * (INDICES - 6));
+    gl->gl.DrawElements(GLBK_GL_TRIANGLES, 6, GLBK_GL_UNSIGNED_INT, (const void *)(4 * (uintptr_t)(INDICES - 6)));
     s->use.maps = &s->maps;
     s->use.own[0] = turned;
     frame.lights = &s->lights;

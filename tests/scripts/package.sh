@@ -27,11 +27,13 @@ leave() {
 
 mkdir "$dir/user"
 {
-    # Private copies, of which next to nothing is compiled: the way to the headers is what is tried.
-    for h in $HEADERS; do printf '#define %s_STATIC\n' "$(sh tools/prefix "$h" | tr a-z A-Z)"; done
+    # Private copies, of which next to nothing is compiled: the way to the headers is what is tried. All the names come first,
+    # since a header that another one includes is in this file, too, and private.
     for h in $HEADERS; do
-        printf '#define %s_IMPLEMENTATION\n#include <%s>\n' "$(basename "$h" .h | tr a-z A-Z)" "$h"
+        printf '#define %s_STATIC\n' "$(sh tools/prefix "$h" | tr a-z A-Z)"
+        printf '#define %s_IMPLEMENTATION\n' "$(basename "$h" .h | tr a-z A-Z)"
     done
+    printf '#include <%s>\n' $HEADERS
     cat <<'EOF'
 #include <stdio.h>
 int main(void)
