@@ -413,7 +413,7 @@ gpu-cost: $(TOOLS)/glsl $(TOOLS)/gpu_cost $(TOOLS)/spirv_ways
 $(TOOLS)/gl_compile: tools/gl_compile.c $(COMMON)
 	@mkdir -p $(@D)
 	$(call say,CC,$<)$(BASE_C) -Iexamples/common $(HAVE) -MF $(OBJ)/gl_compile.d $< $(COMMON) $(if $(filter 1,$(HAVE_CXX)),-lstdc++) $(EX_LIBS) -lm -o $@
-pictures: $(BUILD)/render
+pictures: $(BUILD)/render $(BUILD)/walker.glb
 	@BUILD=$(BUILD) ASSETS='$(or $(ASSETS),assets)' sh tools/pictures
 gl-compile: $(TOOLS)/glsl $(TOOLS)/gl_compile
 	@rm -rf build/gl-compile && mkdir -p build/gl-compile && $(TOOLS)/glsl build/gl-compile
