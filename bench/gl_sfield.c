@@ -6,7 +6,7 @@
 #define _POSIX_C_SOURCE 200809L
 #include "sfield_scene.h"
 #include "gl.h"
-#include "gl_backend/gl_shadowfield.h"
+#include "gl_backend/gl_wavelets.h"
 #include "sfield_gpu.h"
 
 #include <math.h>

@@ -3,11 +3,11 @@
    What it does
 
    A G-buffer holds what a camera sees in each pixel: the place, the normals, the material and the entity.
-   gl_csm.h, gl_shadowfield.h, gl_envshadow.h, gl_rsm.h and gl_ism.h light it. It is filled in one of three
-   ways: it is drawn from your vertex arrays, whatever the locations of their attributes; it is uploaded from
-   the CPU; or one pass makes it from textures that your renderer has anyway (glbk_gbuffer_import): depth or
-   places, normals in four packings, colours, gloss, entities. Shaders of your own read it by
-   glbk_read_point() of lib/gbuffer.glsl.
+   gl_csm.h, gl_shadowfield.h, gl_wavelets.h, gl_envshadow.h, gl_rsm.h and gl_ism.h light it. It is filled
+   in one of three ways: it is drawn from your vertex arrays, whatever the locations of their attributes;
+   it is uploaded from the CPU; or one pass makes it from textures that your renderer has anyway
+   (glbk_gbuffer_import): depth or places, normals in four packings, colours, gloss, entities. Shaders of
+   your own read it by glbk_read_point() of lib/gbuffer.glsl.
 
    What it does not do
 
@@ -422,6 +422,11 @@ GLBK__DEF glbk_result glbk__gbuffer_program(glbk_context *ctx, const glbk_part *
 GLBK__DEF glbk_result glbk__gbuffer_program_with(glbk_context *ctx, const glbk_part *part, const char *name,
                                                  const char *defines, const char *const texts[2],
                                                  glbk_program *out);
+
+/* The same for a header that stands above another technique's: `under` is the part of that one. */
+GLBK__DEF glbk_result glbk__gbuffer_program_above(glbk_context *ctx, const glbk_part *part,
+                                                  const glbk_part *under, const char *name,
+                                                  const char *defines, glbk_program *out);
 
 /* Copies the locations of attributes with their defaults resolved, and checks that each is at most 15 and
    used once, and that there is a position. function is __func__ of a call whose desc has them. */
@@ -1553,7 +1558,16 @@ GLBK__DEF glbk_result glbk__gbuffer_program_with(glbk_context *ctx, const glbk_p
                                                  const char *defines, const char *const texts[2],
                                                  glbk_program *out)
 {
-    return glbk__program_of_parts(ctx, part, &glbk__gbuffer_reader, name, defines, texts, out);
+    const glbk_part *const others[2] = { &glbk__gbuffer_reader, NULL };
+    return glbk__program_of_parts(ctx, part, others, name, defines, texts, out);
+}
+
+GLBK__DEF glbk_result glbk__gbuffer_program_above(glbk_context *ctx, const glbk_part *part,
+                                                  const glbk_part *under, const char *name,
+                                                  const char *defines, glbk_program *out)
+{
+    const glbk_part *const others[2] = { &glbk__gbuffer_reader, under };
+    return glbk__program_of_parts(ctx, part, others, name, defines, NULL, out);
 }
 
 GLBK__DEF glbk_result glbk__gbuffer_program(glbk_context *ctx, const glbk_part *part, const char *name,

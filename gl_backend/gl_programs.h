@@ -338,16 +338,17 @@ GLBK__DEF glbk_offset glbk__offset(const glbk_offset *offset);
 
 /* Compiles and links a program of the library.
    part     has it; NULL = the base
-   other    a second part whose library files it uses, or NULL
+   others   more parts whose library files it uses, NULLs left out; or NULL
    texts    of a user, before the vertex and the fragment shader; NULL, or one of them NULL = none
    name     is that of its last stage: "copy.frag", "csm_query.comp"
    defines  one of its sets, or NULL = none
    Errors   those of glbk_program_compile; GLBK_ERR_NAME where the part has no such file */
 GLBK__DEF glbk_result glbk__program_create(glbk_context *ctx, const glbk_part *part, const char *name,
                                            const char *defines, glbk_program *out);
-GLBK__DEF glbk_result glbk__program_of_parts(glbk_context *ctx, const glbk_part *part, const glbk_part *other,
-                                             const char *name, const char *defines,
-                                             const char *const texts[2], glbk_program *out);
+GLBK__DEF glbk_result glbk__program_of_parts(glbk_context *ctx, const glbk_part *part,
+                                             const glbk_part *const others[2], const char *name,
+                                             const char *defines, const char *const texts[2],
+                                             glbk_program *out);
 
 /* Returns one of the strings that follow the name of a file. */
 enum { GLBK__FILE_USES = 1, GLBK__FILE_WITH, GLBK__FILE_SETS, GLBK__FILE_BLOCK, GLBK__FILE_TEXT };
@@ -1461,9 +1462,10 @@ static glbk_result glbk__link(glbk_context *ctx, const glbk__stage *stages, int 
     return result;
 }
 
-GLBK__DEF glbk_result glbk__program_of_parts(glbk_context *ctx, const glbk_part *part, const glbk_part *other,
-                                             const char *name, const char *defines,
-                                             const char *const texts[2], glbk_program *out)
+GLBK__DEF glbk_result glbk__program_of_parts(glbk_context *ctx, const glbk_part *part,
+                                             const glbk_part *const others[2], const char *name,
+                                             const char *defines, const char *const texts[2],
+                                             glbk_program *out)
 {
     static const char function[] = "glbk__program_create";
     glbk__stage stages[2];
@@ -1482,7 +1484,7 @@ GLBK__DEF glbk_result glbk__program_of_parts(glbk_context *ctx, const glbk_part 
     if (!file) return glbk__refuse(ctx, GLBK_ERR_NAME, function, name, "is no file of the part");
     memset(stages, 0, sizeof stages);
     stages[0].shader.parts[0] = part;
-    stages[0].shader.parts[1] = other;
+    if (others) memcpy(stages[0].shader.parts + 1, others, 2 * sizeof *others);
     stages[0].shader.uses = "";
     stages[0].shader.defines = defines;
     stages[1].shader = stages[0].shader;

@@ -12,8 +12,7 @@
      gl_gbuffer.h, which has what a camera sees; and shadowfield.h above it, whose fields and entities it
      takes and whose functions it calls. The implementations of all of them belong into some file of the
      program.
-   - Wavelets have light without gloss, and no shader of yours can call them: their passes shade batches of
-     points (glbk_sfield_haar_shade).
+   - Fields of wavelets are lit by gl_wavelets.h, which stands above this header: scenes here have harmonics.
    - It has no resolve: light is a texture that your lighting pass multiplies by the surface's colour.
 
    Quick start
@@ -128,9 +127,7 @@
      section 3.3  eight samples of shells         sfield_locate            sfield_query           T74 T75
      section 3.3  16 coefficients of 8 bits       sfield_fetch             sfield_query           T74
      section 4    B, the rendering equation       glbk_sfield_shade        sfield_shade           T73
-     section 3.3  wavelets, cut                   glbk_sfield_haar_upload  sfield_query           wavelets
      section 4.1  triple products                 sfield_product           sfield_sh_product      T5 T6
-     section 4.1  products of wavelets            glbk_sfield_haar_shade   sfield_haar_product    wavelets
      section 4.1  the double product              sfield_dot               sfield_sh_dot          -
      section 4.1  the BRDF at the beginning       sfield_kernel            sfield_sh_brdf         -
      section 4.1  rotations                       sfield_rotate            sfield_sh_rotate       T9 T76
@@ -491,133 +488,6 @@ struct glbk_sfield_builder {            /* draws one object from all sides; read
     int           compute;
 };
 
-/* ==== src/gl_shadowfield/api_haar.h ==== */
-
-/* ---- wavelets: scenes and the light of a picture of all frequencies ----
-
-   Fields of wavelets (SFIELD_BASIS_HAAR) have a scene and a renderer of their own; entities, G-buffer and
-   entity numbers are those of harmonics:
-
-       glbk_sfield_haar_upload(gl, &scene_desc, &scene);
-       glbk_sfield_haar_create(gl, &desc, &haar);
-       glbk_sfield_scene_entities(gl, &scene, entities, count);     // each frame, as for harmonics
-       glbk_sfield_haar_sky(gl, &scene, texels);                    // sfield_scene_sky
-       glbk_sfield_haar_shade(gl, &haar, &gbuffer, &scene, 0);      // haar.light: times albedo
-
-   A batch of points is shaded at a time. Its passes list what each point meets from near to far, write the
-   cubes of these lists, multiply texels, and add them up. Nothing is left out: a point that meets more than
-   16 takes further rounds. Products are on texels, as SFIELD_PRODUCT_TEXELS has them, so results are
-   sfield_shade's but for roundings: docs/shadowfield.md has the bound. Light without gloss; the passes are
-   fragment shaders on every context. */
-
-typedef struct glbk_sfield_haar_scene_desc {
-    const sfield_field *const *fields;  /* of wavelets, all with as many texels: occlusion, sources and what
-                                           sfield_build_self made. Entities name the first two by these
-                                           pointers, glbk_sfield_own the last, so they must outlive the
-                                           scene */
-    size_t   field_count;
-    uint32_t cube_side;                 /* that of the fields; 0 = 32 */
-    uint32_t entity_capacity;           /* the most entities, 1..65535 */
-    float    reach;                     /* as in glbk_sfield_scene_desc */
-} glbk_sfield_haar_scene_desc;
-
-GLBK_DEF glbk_result glbk_sfield_haar_upload(glbk_context *ctx, const glbk_sfield_haar_scene_desc *desc,
-                                             glbk_sfield_scene *out);
-/* Makes a scene of fields of wavelets, which go up as trees, with room for entities. glbk_sfield_scene_free
-   takes the scene back.
-   Memory   on the GPU 16 bytes, of sources 32, for each square that holds a wavelet or has such squares
-            within, and for six squares of each sample; 112 bytes for each of entity_capacity, and 98 KB for
-            the sky of 32 texels a side. Here 40 bytes a field and, while the call runs, the longest file of a
-            field and 150 KB
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range. GLBK_ERR_MISMATCH: a
-            field of harmonics, of other texels, or a shard. GLBK_ERR_LIMIT: more than 2^28 texels.
-            GLBK_ERR_ALLOC */
-
-GLBK_DEF glbk_result glbk_sfield_haar_sky(glbk_context *ctx, glbk_sfield_scene *scene, const float *texels);
-/* Sets the environment and its suns.
-   texels   3 x 6 cube_side^2 numbers from sfield_scene_sky; NULL = no sky
-   Errors   GLBK_ERR_ARGUMENT: scene is NULL or was not created. GLBK_ERR_MISMATCH: the scene has harmonics.
-            GLBK_ERR_ALLOC */
-
-typedef struct glbk_sfield_haar_desc {
-    uint32_t width;                     /* pixels, 1 .. ctx->max_side, like height */
-    uint32_t height;
-    uint32_t cube_side;                 /* that of the scene: a power of two, 4..64; 0 = 32 */
-    uint32_t batch;                     /* points that are shaded at a time, at most so many as textures of
-                                           2048 or ctx->max_side a side hold: 672 of cubes of 16, 168 of 32,
-                                           40 of 64. A greater number is taken for that; 0 = 256. More points
-                                           make fewer passes */
-    int      self;                      /* not 0: there is room for self-visibility, 4 bytes a pixel */
-} glbk_sfield_haar_desc;
-
-typedef struct glbk_sfield_haar {       /* the light of a picture; read only; zeroed = none */
-    glbk_texture light;                 /* GLBK_FORMAT_COLOR: rgb times albedo is radiance; a is the open
-                                           share of the cosine-weighted sphere */
-    glbk_target  target;                /* of light, for glbk_target_read */
-    glbk_texture self;                  /* private, like all that follows but width, height and cube_side */
-    glbk_texture list[3];               /* kinds, and weights of corners and of shells */
-    glbk_texture met[2];
-    glbk_texture cubes;
-    glbk_texture left[2][3];            /* T, in two parts, and sums */
-    glbk_target  list_target[2];
-    glbk_target  cubes_target;
-    glbk_target  left_target[2];
-    glbk_program find;
-    glbk_program write;
-    glbk_program multiply;
-    glbk_program sum;
-    glbk_buffer  block;
-    uint32_t     width;
-    uint32_t     height;
-    uint32_t     cube_side;
-    uint32_t     batch;                 /* points */
-    uint32_t     columns;               /* cubes in a row of their texture */
-    int          has_self;
-    uint64_t     self_of;               /* which scene's places self has; 0 = nothing was said */
-} glbk_sfield_haar;
-
-GLBK_DEF glbk_result glbk_sfield_haar_create(glbk_context *ctx, const glbk_sfield_haar_desc *desc,
-                                             glbk_sfield_haar *out);
-/* Compiles the four programs and makes their textures. For another size free it and create it anew.
-   Memory   on the GPU 16 bytes a pixel and, for each point of a batch, 456 cube_side^2 + 1,280 bytes: 30 MB
-            for 256 points of 16 texels a side
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range. GLBK_ERR_LIMIT:
-            width or height is above ctx->max_side. GLBK_ERR_ALLOC. Those of textures, targets and
-            glbk_program_compile */
-
-typedef struct glbk_sfield_own {        /* what a point's own object hides of it */
-    const sfield_field *self;           /* by sfield_build_self, one of the scene's fields; NULL = nothing */
-    uint32_t            point;          /* its number there */
-} glbk_sfield_own;
-
-GLBK_DEF glbk_result glbk_sfield_haar_self(glbk_context *ctx, glbk_sfield_haar *haar,
-                                           const glbk_sfield_scene *scene, uint32_t row, uint32_t row_count,
-                                           const glbk_sfield_own *own);
-/* Says for whole rows of pixels which self-visibility they have, in the space of the entity that the G-buffer
-   names there. Pixels that no call named have none. What is said stays from frame to frame, until another
-   call says something else of these rows.
-   scene    the one that glbk_sfield_haar_shade is given then, since the texture names places in its table, or
-            one of the same fields in the same order. The first call for another scene takes self-visibility
-            from all other pixels
-   own      haar->width x row_count of them
-   Errors   GLBK_ERR_ARGUMENT: a pointer is NULL, an object was not created, or rows reach beyond height.
-            GLBK_ERR_MISMATCH: haar has no desc.self, or a field is none of the scene's self-visibilities.
-            GLBK_ERR_INPUT: a point is beyond those of its field. GLBK_ERR_ALLOC */
-
-GLBK_DEF glbk_result glbk_sfield_haar_shade(glbk_context *ctx, glbk_sfield_haar *haar,
-                                            const glbk_gbuffer *gbuffer, const glbk_sfield_scene *scene,
-                                            int open);
-/* Shades all pixels into haar->light, in (pixels / batch) batches of 3 passes a round and one more. A round
-   takes 16 of what the scene has: its entities, and each light three times more.
-   open     not 0: light.a is wanted even if there is no sky; else it is 0 then
-   Errors   GLBK_ERR_ARGUMENT: an object is NULL or was not created. GLBK_ERR_MISMATCH: the scene has
-            harmonics or other texels or is not the one that self-visibility was named for, or the G-buffer
-            has another size. GLBK_ERR_LOST */
-
-GLBK_DEF void glbk_sfield_haar_free(glbk_context *ctx, glbk_sfield_haar *haar);
-/* Deletes the renderer's objects of GL and zeroes the struct. Accepts NULL. */
-
-
 /* ==== src/gl_shadowfield/bindings.h ==== */
 
 /* ---- what the GLSL declares; see "bindings" in gl_programs.h ---- */
@@ -634,40 +504,9 @@ GLBK_DEF void glbk_sfield_haar_free(glbk_context *ctx, glbk_sfield_haar *haar);
     X(usampler2D, glbk_sfield_cube, 5)              /* texels of cubes */                   \
     X(usampler2DArray, glbk_sfield_basis, 6)        /* integrals over texels */
 
-/* Programs of wavelets read what a batch of points wrote before: lists, cubes, T and sums. */
-#define GLBK_SFIELD_HAAR_TEXTURES(X)                                                        \
-    X(usampler2D, glbk_sfield_what, 4)              /* kind, first sample, entity, field */ \
-    X(usampler2D, glbk_sfield_corner, 5)            /* weights of four samples */           \
-    X(usampler2D, glbk_sfield_weight, 6)            /* of two shells and frames */          \
-    X(usampler2D, glbk_sfield_met, 1)               /* distances and ids of a round */      \
-    X(usampler2D, glbk_sfield_cubes, 2)             /* texels of lists' cubes */            \
-    X(usampler2D, glbk_sfield_lower, 12)            /* T after the round before */          \
-    X(usampler2D, glbk_sfield_upper, 13)                                                    \
-    X(usampler2D, glbk_sfield_sums, 14)             /* light of the rounds before */
-
-#ifndef GLBK_SFIELD_WITHOUT_WAVELETS
-/* This block says which points a batch has, and how textures hold them. */
-#define GLBK_SFIELD_BATCH_MEMBERS(X)                                                        \
-    X(uint, left, 1) X(uint, bottom, 1)     /* a rectangle of pixels */                     \
-    X(uint, width, 1)                                                                       \
-    X(uint, count, 1)                       /* points */                                    \
-    X(uint, slots, 1)                       /* places of a list */                          \
-    X(uint, round, 1)                       /* lists of so many places before this one */   \
-    X(uint, last, 1)                        /* not 0: adds the sky and the open share */    \
-    X(uint, own, 1)                         /* not 0: there is self-visibility */           \
-    X(uint, side, 1)                        /* texels a side of a cube's face */            \
-    X(uint, columns, 1)                     /* cubes of a row */                            \
-    X(uint, unused2, 1) X(uint, unused3, 1)
-
-#define GLBK_SFIELD_HAAR_BLOCKS(X) X(glbk_sfield_batch, 4, GLBK_SFIELD_BATCH_MEMBERS)
-#else
-#define GLBK_SFIELD_HAAR_BLOCKS(X)
-#endif
-
 #define GLBK_SFIELD_TEXTURES(X)                                                             \
     GLBK_SFIELD_SCENE_TEXTURES(X)                                                           \
-    GLBK_SFIELD_BUILD_TEXTURES(X)                                                           \
-    GLBK_SFIELD_HAAR_TEXTURES(X)
+    GLBK_SFIELD_BUILD_TEXTURES(X)
 
 /* This block says what the tables hold. */
 #define GLBK_SFIELD_CONTENTS_MEMBERS(X)                                                     \
@@ -714,8 +553,7 @@ GLBK_DEF void glbk_sfield_haar_free(glbk_context *ctx, glbk_sfield_haar *haar);
     X(glbk_sfield_contents, 0, GLBK_SFIELD_CONTENTS_MEMBERS)                                \
     X(glbk_sfield_frame, 1, GLBK_SFIELD_FRAME_MEMBERS)                                      \
     X(glbk_sfield_object, 2, GLBK_SFIELD_OBJECT_MEMBERS)                                    \
-    GLBK_SFIELD_BUILD_BLOCKS(X)                                                             \
-    GLBK_SFIELD_HAAR_BLOCKS(X)
+    GLBK_SFIELD_BUILD_BLOCKS(X)
 
 #define GLBK_SFIELD_STORAGE(X)
 
@@ -728,6 +566,80 @@ GLBK_DEF void glbk_sfield_haar_free(glbk_context *ctx, glbk_sfield_haar *haar);
     X(writeonly, rgba32f, image2D, glbk_sfield_grazing_image, 4)
 
 GLBK__PART(SFIELD)
+
+/* ==== src/gl_shadowfield/inside.h ==== */
+
+/* ---- for gl_wavelets.h: not for you, may change without notice ----
+
+   Its implementation may stand in another file than this header's, hence no static functions: GLBK__DEF is
+   GLBK_DEF for them. What stands in one block of lines with an enum stays in leaner headers. */
+
+/* The header of a file of sfield_write, and where the file's parts begin. */
+typedef struct glbk__sfield_view {
+    const uint8_t *bytes;           /* private, like all that follows */
+    uint32_t kind;
+    uint32_t bands;
+    uint32_t shells;
+    uint32_t side;
+    uint32_t spacing;               /* an sfield_spacing */
+    uint32_t frames;
+    uint32_t loop;
+    uint32_t channels;
+    uint32_t samples;               /* of all frames and shells */
+    uint32_t stride;                /* bytes of a sample */
+    uint32_t cells;                 /* texels of a sample and channel in the table */
+    size_t   scales;                /* where scales and biases begin, bytes */
+    size_t   first;                 /* where samples begin, bytes */
+} glbk__sfield_view;
+
+/* A stage holds texels on their way into a table. */
+typedef struct glbk__sfield_stage {
+    glbk_context *ctx;
+    const glbk_texture *table;
+    uint32_t *words;
+    size_t    at;                   /* where in the table the first of them goes */
+    size_t    count;                /* texels that wait in words */
+    size_t    room;
+    glbk_result result;             /* of the first upload that failed */
+} glbk__sfield_stage;
+
+enum {
+    GLBK__SFIELD_HEADER = 32,           /* words of the header of a file */
+    GLBK__SFIELD_STAGE = 1024,          /* texels that go up together */
+    GLBK__SFIELD_ENTITY = 7             /* texels of an entity */
+};
+/* Returns this header's part with its library files for reading fields alone, so that a linker leaves out its
+   programs; see glbk__gbuffer_program_above. */
+GLBK__DEF const glbk_part *glbk__sfield_reader(void);
+/* Reads the header of a file. */
+GLBK__DEF void glbk__sfield_read(const uint8_t *bytes, glbk__sfield_view *v);
+/* glbk__sfield_texel returns the words of a stage's next texel, zeroed; glbk__sfield_flush uploads the texels
+   that wait. */
+GLBK__DEF uint32_t *glbk__sfield_texel(glbk__sfield_stage *s);
+GLBK__DEF void glbk__sfield_flush(glbk__sfield_stage *s);
+/* Returns the measure of a distance, as sfield_measure of lib/sfield_field.glsl does. */
+GLBK__DEF float glbk__sfield_measure(float d2, int source, int uniform);
+/* Compares two of a scene's fields by their pointers, for qsort; glbk__sfield_find returns a field as it was
+   uploaded to a scene whose fields are sorted so, or NULL for NULL and for other fields. */
+GLBK__DEF int glbk__sfield_by_pointer(const void *a, const void *b);
+GLBK__DEF const glbk_sfield_field *glbk__sfield_find(const glbk_sfield_scene *s, const sfield_field *field);
+/* Returns the values of the block that tells shaders what a scene's tables hold; sky: not 0 if the sky or the
+   open share is wanted. glbk__sfield_tell uploads the block. */
+GLBK__DEF glbk_sfield_contents glbk__sfield_contents_of(const glbk_sfield_scene *s, int sky);
+GLBK__DEF glbk_result glbk__sfield_tell(glbk_context *ctx, const glbk_sfield_scene *s);
+/* Writes zeros to the first layer of a texture of self-visibility: nothing is recorded. */
+GLBK__DEF glbk_result glbk__sfield_blank(glbk_context *ctx, const glbk_texture *self);
+/* These check, and log what is wrong: that a scene was created; what descs of scenes of either basis have;
+   that a G-buffer has the size of a renderer; that some rows of a picture are there. */
+GLBK__DEF glbk_result glbk__sfield_check_scene(const glbk_context *ctx, const char *function,
+                                               const glbk_sfield_scene *s);
+GLBK__DEF glbk_result glbk__sfield_check_lists(const glbk_context *ctx, const char *function,
+                                               const sfield_field *const *fields, size_t field_count,
+                                               uint32_t entity_capacity, float reach);
+GLBK__DEF glbk_result glbk__sfield_check_gbuffer(const glbk_context *ctx, const char *function,
+                                                 uint32_t width, uint32_t height, const glbk_gbuffer *g);
+GLBK__DEF glbk_result glbk__sfield_check_rows(const glbk_context *ctx, const char *function, uint32_t height,
+                                              uint32_t row, uint32_t row_count);
 
 /* ==== src/gl_shadowfield/begin.h ==== */
 
@@ -1023,26 +935,13 @@ static const struct { char facts[48];
     "#endif\n", 0
 };
 
-static const struct { char facts[43];
-    char s0[150]; char end; } glbk__glsl_lib_sfield_batch_glsl GLBK__TIGHT = {
-    "lib/sfield_batch.glsl\0" "" "\0" "" "\0"
-    "" "\0" "glbk_sfield_batch",
-    "\nlayout(std140)uniform glbk_sfield_batch_block{\n"
-    "uint left,bottom,width,count,slots,round,last,own,side,columns,unused2,\n"
-    "unused3;\n"
-    "}glbk_sfield_batch;\n", 0
-};
-
 static const struct { char facts[29];
-    char s0[757]; char end; } glbk__glsl_lib_sfield_bindings_glsl GLBK__TIGHT = {
+    char s0[593]; char end; } glbk__glsl_lib_sfield_bindings_glsl GLBK__TIGHT = {
     "lib/sfield_bindings.glsl\0" "" "\0" "" "\0"
     "" "\0" "",
     "\nuniform usampler2DArray glbk_sfield_table,glbk_sfield_moving,glbk_sfield_self;\n"
     "uniform usampler2D glbk_sfield_seen,glbk_sfield_cube;\n"
     "uniform usampler2DArray glbk_sfield_basis;\n"
-    "uniform usampler2D glbk_sfield_what,glbk_sfield_corner,glbk_sfield_weight,\n"
-    "glbk_sfield_met,glbk_sfield_cubes,glbk_sfield_lower,glbk_sfield_upper,\n"
-    "glbk_sfield_sums;\n"
     "#if __VERSION__ >= 430\n"
     "layout(rgba32f,binding=0)writeonly uniform image2D glbk_sfield_light_image;\n"
     "layout(rgba32f,binding=1)writeonly uniform image2D glbk_sfield_gloss_image;\n"
@@ -1338,50 +1237,6 @@ static const struct { char facts[43];
     "\nlayout(std140)uniform glbk_sfield_frame_block{\n"
     "vec4 eye;\n"
     "}glbk_sfield_frame;\n", 0
-};
-
-static const struct { char facts[75];
-    char s0[1364]; char end; } glbk__glsl_lib_sfield_haar_glsl GLBK__TIGHT = {
-    "lib/sfield_haar.glsl\0" "table sfield_bindings sfield_batch sfield_contents" "\0" "" "\0"
-    "" "\0" "",
-    "\n\n\n\n\n\n#define SFIELD_TEXEL(i) texelFetch(glbk_sfield_table, glbk_table_at(i), 0)\n"
-    "#define SFIELD_MOVING(i) texelFetch(glbk_sfield_moving, glbk_table_at(i), 0)\n"
-    "#define SFIELD_EMPTY 0u\n"
-    "#define SFIELD_OCCLUDER 1u\n"
-    "#define SFIELD_LIGHT 2u\n"
-    "#define SFIELD_OWN 5u\n"
-    "#define SFIELD_NOBODY 0xffffffffu\n"
-    "\n\nuvec4 sfield_entity(uint entity,uint k)\n"
-    "{\n"
-    "return SFIELD_MOVING(glbk_sfield_contents.entity_texel+7u*entity+k);\n"
-    "}\n"
-    "\n\nvec3 sfield_turn(uint entity,vec3 v)\n"
-    "{\n"
-    "return vec3(dot(uintBitsToFloat(sfield_entity(entity,2u).xyz),v),\n"
-    "dot(uintBitsToFloat(sfield_entity(entity,3u).xyz),v),\n"
-    "dot(uintBitsToFloat(sfield_entity(entity,4u).xyz),v));\n"
-    "}\n"
-    "\n\nbool sfield_is_turned(uint entity)\n"
-    "{\n"
-    "return entity!=SFIELD_NOBODY&&sfield_entity(entity,5u).z!=SFIELD_NOBODY;\n"
-    "}\n"
-    "\n\nivec2 sfield_pixel(uint point)\n"
-    "{\n"
-    "return ivec2(glbk_sfield_batch.left+point%glbk_sfield_batch.width,\n"
-    "glbk_sfield_batch.bottom+point/glbk_sfield_batch.width);\n"
-    "}\n"
-    "\n\n\nivec2 sfield_square(uint cube,uint columns,uint face,uvec2 at,uvec2 size)\n"
-    "{\n"
-    "return ivec2(uvec2(cube%columns*6u+face,cube/columns)*size+at);\n"
-    "}\n"
-    "\n\nvec3 sfield_from_face(uint face,vec2 st)\n"
-    "{\n"
-    "float s=st.x,t=st.y,sign_of=(face&1u)==0u?1.:-1.;\n"
-    "vec3 x=vec3(sign_of,-t,-sign_of*s),y=vec3(s,sign_of,sign_of*t);\n"
-    "vec3 z=vec3(sign_of*s,-t,sign_of);\n"
-    "return face<2u?x:face<4u?y:z;\n"
-    "}\n"
-    "\n\nvec2 sfield_middle(ivec2 texel){return(2.*vec2(texel)+1.)/float(glbk_sfield_batch.side)-1.;}\n", 0
 };
 
 static const struct { char facts[54];
@@ -1917,333 +1772,6 @@ static const struct { char facts[43];
     "}glbk_sfield_views;\n", 0
 };
 
-static const struct { char facts[51];
-    char s0[2706]; char end; } glbk__glsl_prog_sfield_haar_cubes_frag GLBK__TIGHT = {
-    "prog/sfield_haar_cubes.frag\0" "sfield_haar gbuffer" "\0" "" "\0"
-    "" "\0" "",
-    "\n\n\n\nlayout(location=0)out uvec4 quad;\n"
-    "\n\nvec2 sfield_halves(uint word){return vec2(float(int(word<<16)>>16),float(int(word)>>16));}\n"
-    "\n\nvec4 sfield_descend(uint root,uint texels,uint channel,uvec2 at,uint levels)\n"
-    "{\n"
-    "uint node=root;\n"
-    "uvec4 head=SFIELD_TEXEL(node);\n"
-    "vec4 values=vec4(.0);\n"
-    "for(uint level=levels;level>0u;level--){\n"
-    "uvec2 words=head.xy;\n"
-    "if(channel>0u){\n"
-    "uvec4 other=SFIELD_TEXEL(node+1u);\n"
-    "words=channel==1u?other.xy:other.zw;\n"
-    "}\n"
-    "values=vec4(sfield_halves(words.x),sfield_halves(words.y))*uintBitsToFloat(head.w);\n"
-    "if(level==1u)break;\n"
-    "uint x=at.x>>(level-2u)&1u,y=at.y>>(level-2u)&1u,quarter=x+2u*y;\n"
-    "uint below=head.z>>28&((1u<<quarter)-1u);\n"
-    "if((head.z>>28>>quarter&1u)==0u){\n"
-    "values=vec4(x==0u?(y==0u?values.x:values.z):(y==0u?values.y:values.w));\n"
-    "break;\n"
-    "}\n"
-    "node=(head.z&0xfffffffu)+texels*((below&1u)+(below>>1&1u)+(below>>2));\n"
-    "head=SFIELD_TEXEL(node);\n"
-    "}\n"
-    "return values;\n"
-    "}\n"
-    "\n\n\n\nbool sfield_below(uint point,uint entity,uint face,uvec2 at)\n"
-    "{\n"
-    "glbk_point p;\n"
-    "bool seen=glbk_read_point(sfield_pixel(point),p);\n"
-    "bool turned=sfield_is_turned(entity);\n"
-    "float side=float(glbk_sfield_batch.side),margin=(turned?8.:2.)/side;\n"
-    "vec3 n=p.normal;\n"
-    "if(turned)n=sfield_turn(entity,n);\n"
-    "return!seen||dot(normalize(sfield_from_face(face,(4.*vec2(at)+2.)/side-1.)),n)<-margin;\n"
-    "}\n"
-    "\nvoid main()\n"
-    "{\n"
-    "uint half_side=glbk_sfield_batch.side/2u,levels=0u;\n"
-    "uvec2 at=uvec2(gl_FragCoord.xy),cell=at/uvec2(6u*half_side,half_side);\n"
-    "uint cube=cell.y*glbk_sfield_batch.columns+cell.x,face=at.x/half_side%6u;\n"
-    "uint point=cube/glbk_sfield_batch.slots;\n"
-    "vec4 sum=vec4(.0);\n"
-    "quad=uvec4(0u);\n"
-    "if(point>=glbk_sfield_batch.count||cell.x>=glbk_sfield_batch.columns)return;\n"
-    "ivec2 place=ivec2(cube%glbk_sfield_batch.slots,point);\n"
-    "uvec4 what=texelFetch(glbk_sfield_what,place,0),weight=texelFetch(glbk_sfield_weight,place,0);\n"
-    "vec4 corner=uintBitsToFloat(texelFetch(glbk_sfield_corner,place,0)),shells=uintBitsToFloat(weight);\n"
-    "if(what.x==SFIELD_EMPTY||sfield_below(point,what.z,face,at%half_side))return;\n"
-    "while(1u<<levels<glbk_sfield_batch.side)levels++;\n"
-    "at%=half_side;\n"
-    "if(what.x==SFIELD_OWN){\n"
-    "quad=floatBitsToUint(sfield_descend(what.y+face,1u,0u,at,levels));\n"
-    "return;\n"
-    "}\n"
-    "uint side=SFIELD_TEXEL(what.w).w,channel=what.x<SFIELD_LIGHT?0u:what.x-SFIELD_LIGHT;\n"
-    "uvec4 parts=SFIELD_TEXEL(what.w+1u);\n"
-    "for(uint i=0u;i<(shells.z>.0?16u:8u);i++){\n"
-    "bool right=(i&1u)!=0u,up=(i&2u)!=0u,outer=(i&4u)!=0u,after=(i&8u)!=0u;\n"
-    "float w=up?(right?corner.w:corner.z):(right?corner.y:corner.x);\n"
-    "uint sample_at=what.y+(right?1u:0u)+(up?side:0u);\n"
-    "sample_at+=(outer?6u*side*side:0u)+(after?weight.w:0u);\n"
-    "w*=(outer?shells.y:shells.x)*(after?shells.z:1.-shells.z);\n"
-    "if(w>.0)\n"
-    "sum+=\n"
-    "w*sfield_descend(parts.y+(6u*sample_at+face)*parts.x,parts.x,channel,at,levels);\n"
-    "}\n"
-    "quad=floatBitsToUint(sum);\n"
-    "}\n", 0
-};
-
-static const struct { char facts[51];
-    char s0[3976]; char s1[274]; char end; } glbk__glsl_prog_sfield_haar_light_frag GLBK__TIGHT = {
-    "prog/sfield_haar_light.frag\0" "sfield_haar gbuffer" "\0" "" "\0"
-    "" "\0" "",
-    "\n\n\n\nlayout(location=0)out uvec4 lower;\n"
-    "layout(location=1)out uvec4 upper;\n"
-    "layout(location=2)out uvec4 light;\n"
-    "\n\nuint sfield_to_face(vec3 d,out vec2 st)\n"
-    "{\n"
-    "vec3 a=abs(d);\n"
-    "bool on_x=a.x>=a.y&&a.x>=a.z,on_y=!on_x&&a.y>=a.z;\n"
-    "float axis=on_x?d.x:on_y?d.y:d.z;\n"
-    "st=on_x?vec2(axis>.0?-d.z:d.z,-d.y):on_y?vec2(d.x,axis>.0?d.z:-d.z)\n"
-    ":vec2(axis>.0?d.x:-d.x,-d.y);\n"
-    "st/=abs(axis);\n"
-    "return(on_x?0u:on_y?2u:4u)+(axis>.0?0u:1u);\n"
-    "}\n"
-    "\n\nfloat sfield_tap(uint cube,uint face,ivec2 texel)\n"
-    "{\n"
-    "int side=int(glbk_sfield_batch.side);\n"
-    "if(any(lessThan(texel,ivec2(0)))||any(greaterThanEqual(texel,ivec2(side)))){\n"
-    "vec2 st;\n"
-    "face=sfield_to_face(sfield_from_face(face,sfield_middle(texel)),st);\n"
-    "texel=clamp(ivec2((st+1.)*(.5*float(side))),ivec2(0),ivec2(side-1));\n"
-    "}\n"
-    "uvec2 half_side=uvec2(side/2);\n"
-    "uvec4 quad=texelFetch(glbk_sfield_cubes,sfield_square(cube,glbk_sfield_batch.columns,face,\n"
-    "uvec2(texel)/2u,half_side),0);\n"
-    "bool right=(texel.x&1)!=0,up=(texel.y&1)!=0;\n"
-    "return uintBitsToFloat(up?(right?quad.w:quad.z):(right?quad.y:quad.x));\n"
-    "}\n"
-    "\n\nfloat sfield_between(uint cube,vec3 d)\n"
-    "{\n"
-    "vec2 st;\n"
-    "uint face=sfield_to_face(d,st);\n"
-    "vec2 at=(st+1.)*(.5*float(glbk_sfield_batch.side))-.5,low=floor(at);\n"
-    "float sum=.0;\n"
-    "for(int k=0;k<4;k++){\n"
-    "ivec2 step_by=ivec2(k&1,k>>1);\n"
-    "vec2 part=at-low;\n"
-    "float x=step_by.x==0?1.-part.x:part.x,y=step_by.y==0?1.-part.y:part.y;\n"
-    "sum+=x*y*sfield_tap(cube,face,ivec2(low)+step_by);\n"
-    "}\n"
-    "return sum;\n"
-    "}\n"
-    "\n\nvec4 sfield_component(int k,float x)\n"
-    "{\n"
-    "return mix(vec4(.0),vec4(x),equal(ivec4(k),ivec4(0,1,2,3)));\n"
-    "}\n"
-    "\n\nivec2 sfield_step(int i){return ivec2((i&1)+2*(i>>2),i>>1&1);}\n"
-    "\n\nvec3 sfield_direction(uint face,ivec2 texel)\n"
-    "{\n"
-    "return normalize(sfield_from_face(face,sfield_middle(texel)));\n"
-    "}\n"
-    "\n\nvec4 sfield_sky(uint face,ivec2 texel)\n"
-    "{\n"
-    "uint side=glbk_sfield_batch.side,at=(face*side+uint(texel.y))*side+uint(texel.x);\n"
-    "return uintBitsToFloat(SFIELD_MOVING(glbk_sfield_contents.sky_texel+at));\n"
-    "}\n"
-    "\n\nvoid sfield_begin(uint point,uint face,ivec2 corner,inout vec4 a,inout vec4 b)\n"
-    "{\n"
-    "glbk_point p;\n"
-    "if(!glbk_read_point(sfield_pixel(point),p))return;\n"
-    "for(int i=0;i<8;i++){\n"
-    "ivec2 texel=corner+sfield_step(i);\n"
-    "float t=max(dot(sfield_direction(face,texel),p.normal),.0)*sfield_sky(face,texel).w;\n"
-    "a+=sfield_component(i,t);\n"
-    "b+=sfield_component(i-4,t);\n"
-    "}\n"
-    "}\n"
-    "\n\nvoid sfield_read(uint cube,uint entity,uint face,ivec2 corner,out vec4 p,out vec4 q)\n"
-    "{\n"
-    "bool turned=sfield_is_turned(entity);\n"
-    "ivec2 at=sfield_square(cube,glbk_sfield_batch.columns,face,uvec2(corner)/2u,\n"
-    "uvec2(glbk_sfield_batch.side/2u));\n"
-    "p=turned?vec4(.0):uintBitsToFloat(texelFetch(glbk_sfield_cubes,at,0));\n"
-    "q=turned?vec4(.0):uintBitsToFloat(texelFetch(glbk_sfield_cubes,at+ivec2(1,0),0));\n"
-    "for(int i=0;i<8&&turned;i++){\n"
-    "vec3 d=sfield_direction(face,corner+sfield_step(i));\n"
-    "float x=sfield_between(cube,sfield_turn(entity,d));\n"
-    "p+=sfield_component(i,x);\n"
-    "q+=sfield_component(i-4,x);\n"
-    "}\n"
-    "}\n"
-    "\nvoid main()\n"
-    "{\n"
-    "uint side=glbk_sfield_batch.side,columns=2u*glbk_sfield_batch.columns;\n"
-    "uvec2 size=uvec2(side/4u,side/2u),here=uvec2(gl_FragCoord.xy),cell=here/size;\n"
-    "uint face=cell.x%6u,point=cell.y*columns+cell.x/6u;\n"
-    "ivec2 corner=ivec2(here%size*uvec2(4u,2u));\n"
-    "vec4 a=vec4(.0),b=vec4(.0),sums=vec4(.0),p,q;\n"
-    "lower=upper=light=uvec4(0u);\n"
-    "if(point>=glbk_sfield_batch.count||cell.x>=6u*columns)return;\n"
-    "if(glbk_sfield_batch.round==0u){\n"
-    "sfield_begin(point,face,corner,a,b);\n"
-    "}else{\n"
-    "a=uintBitsToFloat(texelFetch(glbk_sfield_lower,ivec2(here),0));\n"
-    "b=uintBitsToFloat(texelFetch(glbk_sfield_upper,ivec2(here),0));\n"
-    "sums=uintBitsToFloat(texelFetch(glbk_sfield_sums,ivec2(here),0));\n"
-    "}\n"
-    "bool dark=a==vec4(.0)&&b==vec4(.0);\n"
-    "for(uint slot=0u;slot<glbk_sfield_batch.slots&&!dark;slot++){\n"
-    "uvec4 what=texelFetch(glbk_sfield_what,ivec2(slot,point),0);\n"
-    "if(what.x==SFIELD_EMPTY)break;\n"
-    "sfield_read(point*glbk_sfield_batch.slots+slot,what.z,face,corner,p,q);\n"
-    "if(what.x==SFIELD_OCCLUDER||what.x==SFIELD_OWN){\n"
-    "a-=a*p;\n"
-    "b-=b*q;\n"
-    "}else{\n"
-    "bvec3 channel=equal(uvec3(what.x-SFIELD_LIGHT),uvec3(0u,1u,2u));\n"
-    "vec3 tint=uintBitsToFloat(sfield_entity(what.z,6u).xyz)*vec3(channel);\n"
-    "sums.xyz+=(dot(a,p)+dot(b,q))*tint;\n"
-    "}\n"
-    "}\n",
-    "for(int i=0;i<8&&!dark&&glbk_sfield_batch.last!=0u;i++){\n"
-    "float t=dot(sfield_component(i,1.),a)+dot(sfield_component(i-4,1.),b);\n"
-    "sums+=vec4(t*sfield_sky(face,corner+sfield_step(i)).xyz,t);\n"
-    "}\n"
-    "lower=floatBitsToUint(a);\n"
-    "upper=floatBitsToUint(b);\n"
-    "light=floatBitsToUint(sums);\n"
-    "}\n", 0
-};
-
-static const struct { char facts[77];
-    char s0[3846]; char end; } glbk__glsl_prog_sfield_haar_list_frag GLBK__TIGHT = {
-    "prog/sfield_haar_list.frag\0" "sfield_haar sfield_field gbuffer" "\0" "" "\0"
-    "SFIELD_BANDS=1" "\0" "",
-    "\n\n\n\n\nlayout(location=0)out uvec4 what;\n"
-    "layout(location=1)out uvec4 corner;\n"
-    "layout(location=2)out uvec4 weight;\n"
-    "layout(location=3)out uvec4 met;\n"
-    "\n\nbool sfield_after(float d2,uint id,float of,uint other){return d2>of||(d2==of&&id>other);}\n"
-    "\n\nfloat sfield_reach(uint entity,vec3 position,vec3 normal,out vec3 v)\n"
-    "{\n"
-    "vec4 place=uintBitsToFloat(sfield_entity(entity,0u));\n"
-    "v=place.xyz-position;\n"
-    "float d2=dot(v,v);\n"
-    "bool counts=d2<place.w&&dot(v,normal)>-uintBitsToFloat(sfield_entity(entity,3u).w);\n"
-    "return counts?d2:-1.;\n"
-    "}\n"
-    "\n\n\nvoid sfield_find(vec3 position,vec3 normal,uint own,inout float d2,inout uint id)\n"
-    "{\n"
-    "float best=3e38;\n"
-    "uint found=SFIELD_NONE;\n"
-    "for(uint e=0u;e<glbk_sfield_contents.entity_count;e++){\n"
-    "vec4 source=uintBitsToFloat(sfield_entity(e,1u));\n"
-    "vec3 v,w=source.xyz-position;\n"
-    "float far=sfield_reach(e,position,normal,v),light=source.w>.0?dot(w,w):-1.;\n"
-    "for(uint k=0u;k<4u;k++){\n"
-    "float d=k==3u?far:light;\n"
-    "uint n=4u*e+k;\n"
-    "bool counts=e+1u!=own&&d>=.0;\n"
-    "if(counts&&sfield_after(d,n,d2,id)&&sfield_after(best,found,d,n)){\n"
-    "best=d;\n"
-    "found=n;\n"
-    "}\n"
-    "}\n"
-    "}\n"
-    "d2=best;\n"
-    "id=found;\n"
-    "}\n"
-    "\n\nbool sfield_hidden(vec3 position,vec3 normal,uint own,float d2,uint id)\n"
-    "{\n"
-    "uint a=id>>2;\n"
-    "vec3 v=uintBitsToFloat(sfield_entity(a,0u).xyz)-position;\n"
-    "float sin_a=uintBitsToFloat(sfield_entity(a,3u).w)*inversesqrt(d2);\n"
-    "bool hidden=false;\n"
-    "for(uint b=0u;b<glbk_sfield_contents.entity_count;b++){\n"
-    "vec3 w;\n"
-    "float inscribed=uintBitsToFloat(sfield_entity(b,2u).w);\n"
-    "float reach=uintBitsToFloat(sfield_entity(b,0u).w);\n"
-    "float e2=sfield_reach(b,position,normal,w),sin_b=inscribed*inversesqrt(max(e2,1e-30));\n"
-    "float cosines=sqrt(max(1.-sin_a*sin_a,.0)*max(1.-sin_b*sin_b,.0));\n"
-    "bool counts=b!=a&&b+1u!=own&&inscribed>.0&&inscribed*inscribed<e2;\n"
-    "bool nearer=sfield_after(d2,id,e2,4u*b+3u)&&e2<=.5625*reach;\n"
-    "bool within=sin_a<sin_b&&dot(v,w)>=(cosines+sin_a*sin_b)*sqrt(d2*e2);\n"
-    "hidden=hidden||(counts&&nearer&&within);\n"
-    "}\n"
-    "return hidden;\n"
-    "}\n"
-    "\n\nvoid sfield_put(vec3 position,float d2,uint id)\n"
-    "{\n"
-    "uint entity=id>>2,before,after;\n"
-    "bool hides=(id&3u)==3u;\n"
-    "uint field=hides?sfield_entity(entity,5u).x:sfield_entity(entity,5u).y;\n"
-    "vec4 reach=uintBitsToFloat(sfield_entity(entity,0u));\n"
-    "vec4 sphere=hides?vec4(reach.xyz,uintBitsToFloat(sfield_entity(entity,3u).w))\n"
-    ":uintBitsToFloat(sfield_entity(entity,1u));\n"
-    "sfield_place place=sfield_locate(field,sfield_turn(entity,position-sphere.xyz)/sphere.w);\n"
-    "float fade=hides?clamp(4.*(1.-sqrt(d2)*inversesqrt(reach.w)),.0,1.):1.;\n"
-    "uvec4 head=SFIELD_TEXEL(field);\n"
-    "uint frame=6u*head.w*head.w*head.z;\n"
-    "float t=sfield_frames(field,uintBitsToFloat(sfield_entity(entity,4u).w),before,after);\n"
-    "uint kind=hides?SFIELD_OCCLUDER:SFIELD_LIGHT+(id&3u);\n"
-    "what=uvec4(kind,place.first+before*frame,entity,field);\n"
-    "corner=floatBitsToUint(place.corner);\n"
-    "weight=uvec4(floatBitsToUint(vec3(place.weight*fade,t)),after*frame-before*frame);\n"
-    "}\n"
-    "\nvoid main()\n"
-    "{\n"
-    "uint rest=uint(gl_FragCoord.x),point=uint(gl_FragCoord.y),id=0u,root=0u;\n"
-    "ivec2 at=sfield_pixel(point);\n"
-    "float d2=-1.;\n"
-    "glbk_point p;\n"
-    "bool seen=glbk_read_point(at,p),first=glbk_sfield_batch.round==0u;\n"
-    "what=corner=weight=uvec4(0u);\n"
-    "met=uvec4(0u,SFIELD_NONE,0u,0u);\n"
-    "if(!first){\n"
-    "uvec4 last=texelFetch(glbk_sfield_met,ivec2(glbk_sfield_batch.slots-1u,point),0);\n"
-    "d2=uintBitsToFloat(last.x);\n"
-    "id=last.y;\n"
-    "}\n"
-    "if(first&&glbk_sfield_batch.own!=0u)root=texelFetch(glbk_sfield_self,ivec3(at,0),0).x;\n"
-    "if(!seen||id==SFIELD_NONE)return;\n"
-    "if(root!=0u&&rest==0u){\n"
-    "bool turns=p.entity-1u<glbk_sfield_contents.entity_count;\n"
-    "what=uvec4(SFIELD_OWN,root,turns?p.entity-1u:SFIELD_NOBODY,0u);\n"
-    "met=uvec4(floatBitsToUint(d2),id,0u,0u);\n"
-    "return;\n"
-    "}\n"
-    "if(root!=0u)rest--;\n"
-    "for(uint more=rest+1u;more>0u&&id!=SFIELD_NONE;){\n"
-    "sfield_find(p.position,p.normal,p.entity,d2,id);\n"
-    "bool hides=(id&3u)==3u&&id!=SFIELD_NONE;\n"
-    "if(!hides||!sfield_hidden(p.position,p.normal,p.entity,d2,id))more--;\n"
-    "}\n"
-    "if(id==SFIELD_NONE)return;\n"
-    "met=uvec4(floatBitsToUint(d2),id,0u,0u);\n"
-    "sfield_put(p.position,d2,id);\n"
-    "}\n", 0
-};
-
-static const struct { char facts[41];
-    char s0[532]; char end; } glbk__glsl_prog_sfield_haar_sum_frag GLBK__TIGHT = {
-    "prog/sfield_haar_sum.frag\0" "sfield_haar" "\0" "" "\0"
-    "" "\0" "",
-    "\n\n\nlayout(location=0)out glbk_color light;\n"
-    "\nvoid main()\n"
-    "{\n"
-    "uint side=glbk_sfield_batch.side,columns=2u*glbk_sfield_batch.columns;\n"
-    "uvec2 at=uvec2(gl_FragCoord.xy)-uvec2(glbk_sfield_batch.left,glbk_sfield_batch.bottom);\n"
-    "uint point=at.y*glbk_sfield_batch.width+at.x;\n"
-    "ivec2 size=ivec2(6u*(side/4u),side/2u),first=ivec2(point%columns,point/columns)*size;\n"
-    "vec4 sum=vec4(.0);\n"
-    "for(int y=0;y<size.y;y++)\n"
-    "for(int x=0;x<size.x;x++)\n"
-    "sum+=uintBitsToFloat(texelFetch(glbk_sfield_sums,first+ivec2(x,y),0));\n"
-    "light=glbk_pack(sum*(1./3.14159265));\n"
-    "}\n", 0
-};
-
 static const struct { char facts[126];
     char s0[1233]; char end; } glbk__glsl_prog_sfield_project_comp GLBK__TIGHT = {
     "prog/sfield_project.comp\0" "table sfield_bindings sfield_views" "\0" "" "\0"
@@ -2584,22 +2112,16 @@ static const struct { char facts[86];
 
 static const glbk_file glbk__sfield_files[] = {
     { (const char *)&glbk__glsl_lib_sfield_access_glsl },
-    { (const char *)&glbk__glsl_lib_sfield_batch_glsl },
     { (const char *)&glbk__glsl_lib_sfield_bindings_glsl },
     { (const char *)&glbk__glsl_lib_sfield_brdf_glsl },
     { (const char *)&glbk__glsl_lib_sfield_contents_glsl },
     { (const char *)&glbk__glsl_lib_sfield_field_glsl },
     { (const char *)&glbk__glsl_lib_sfield_frame_glsl },
-    { (const char *)&glbk__glsl_lib_sfield_haar_glsl },
     { (const char *)&glbk__glsl_lib_sfield_list_glsl },
     { (const char *)&glbk__glsl_lib_sfield_object_glsl },
     { (const char *)&glbk__glsl_lib_sfield_point_glsl },
     { (const char *)&glbk__glsl_lib_sfield_shade_glsl },
     { (const char *)&glbk__glsl_lib_sfield_views_glsl },
-    { (const char *)&glbk__glsl_prog_sfield_haar_cubes_frag },
-    { (const char *)&glbk__glsl_prog_sfield_haar_light_frag },
-    { (const char *)&glbk__glsl_prog_sfield_haar_list_frag },
-    { (const char *)&glbk__glsl_prog_sfield_haar_sum_frag },
     { (const char *)&glbk__glsl_prog_sfield_project_comp },
     { (const char *)&glbk__glsl_prog_sfield_project_frag },
     { (const char *)&glbk__glsl_prog_sfield_see_frag },
@@ -2620,16 +2142,24 @@ static const glbk_file glbk__sfield_files[] = {
 
 GLBK__PART_CODE(sfield, SFIELD)
 
+/* The part as the programs of gl_wavelets.h use it has only the files that read fields. */
+static const glbk_file glbk__sfield_reads[] = {
+    { (const char *)&glbk__glsl_lib_sfield_bindings_glsl },
+    { (const char *)&glbk__glsl_lib_sfield_contents_glsl },
+    { (const char *)&glbk__glsl_lib_sfield_field_glsl }
+};
+static const glbk_part glbk__sfield_reads_part = {
+    "sfield", glbk__sfield_reads, sizeof glbk__sfield_reads / sizeof glbk__sfield_reads[0],
+    glbk__sfield_slots
+};
+
+GLBK__DEF const glbk_part *glbk__sfield_reader(void) { return &glbk__sfield_reads_part; }
+
 /* ==== src/gl_shadowfield/fields.h ==== */
 
 /* ---- sfield: fields: files of shadowfield.h as texels of one table ---- */
 
-enum {
-    GLBK__SFIELD_HEADER = 32,
-    GLBK__SFIELD_STAGE = 1024,          /* texels that go up together */
-    GLBK__SFIELD_ENTITY = 7,            /* texels of an entity */
-    GLBK__SFIELD_KERNELS = 24 * 48 * 6  /* of the table of sfield_sh_brdf */
-};
+enum { GLBK__SFIELD_KERNELS = 24 * 48 * 6 };    /* of the table of sfield_sh_brdf */
 
 static const uint32_t glbk__sfield_none = 0xffffffffu;  /* SFIELD_NONE of the GLSL */
 
@@ -2647,9 +2177,8 @@ static const char *glbk__sfield_name(glbk_sfield__message *name, const char *arr
     return name->text;
 }
 
-/* Checks that a scene was created. */
-static glbk_result glbk__sfield_check_scene(const glbk_context *ctx, const char *function,
-                                            const glbk_sfield_scene *s)
+GLBK__DEF glbk_result glbk__sfield_check_scene(const glbk_context *ctx, const char *function,
+                                               const glbk_sfield_scene *s)
 {
     if (s && s->table.name) return GLBK_OK;
     return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "scene", s ? "was not created" : "is NULL");
@@ -2673,24 +2202,6 @@ static uint32_t glbk__sfield_bands(const sfield_algebra *algebra)
     return sfield_sh_rotation(algebra, upright, &rotation) == SFIELD_OK ? rotation.bands : 0;
 }
 
-/* The header of a file of sfield_write, and where the file's parts begin. */
-typedef struct glbk__sfield_view {
-    const uint8_t *bytes;
-    uint32_t kind;
-    uint32_t bands;
-    uint32_t shells;
-    uint32_t side;
-    uint32_t spacing;               /* an sfield_spacing */
-    uint32_t frames;
-    uint32_t loop;
-    uint32_t channels;
-    uint32_t samples;               /* of all frames and shells */
-    uint32_t stride;                /* bytes of a sample */
-    uint32_t cells;                 /* texels of a sample and channel in the table */
-    size_t   scales;                /* where scales and biases begin, bytes */
-    size_t   first;                 /* where samples begin, bytes */
-} glbk__sfield_view;
-
 /* Returns how many texels a rotation has: rows of the blocks from the second band on, each filled up to a
    multiple of four numbers. */
 static uint32_t glbk__sfield_rotation_texels(uint32_t bands)
@@ -2705,17 +2216,6 @@ static uint32_t glbk__sfield_entity_texels(uint32_t bands)
 {
     return GLBK__SFIELD_ENTITY + glbk__sfield_rotation_texels(bands);
 }
-
-/* A stage holds texels on their way into a table. */
-typedef struct glbk__sfield_stage {
-    glbk_context *ctx;
-    const glbk_texture *table;
-    uint32_t *words;
-    size_t    at;                   /* where in the table the first of them goes */
-    size_t    count;                /* texels that wait in words */
-    size_t    room;
-    glbk_result result;             /* of the first upload that failed */
-} glbk__sfield_stage;
 
 /* Returns the little-endian number at p; glbk__sfield_float returns a float. */
 static uint32_t glbk__sfield_word(const uint8_t *p)
@@ -2741,8 +2241,7 @@ static uint64_t glbk__sfield_texels_of(const sfield_info *info)
     return 3 + info->shell_count + (groups * 8 + info->sample_count) * channels * cells;
 }
 
-/* Reads the header of a file. */
-static void glbk__sfield_read(const uint8_t *bytes, glbk__sfield_view *v)
+GLBK__DEF void glbk__sfield_read(const uint8_t *bytes, glbk__sfield_view *v)
 {
     size_t groups;
     v->bytes = bytes;
@@ -2762,8 +2261,7 @@ static void glbk__sfield_read(const uint8_t *bytes, glbk__sfield_view *v)
     v->first = v->scales + 8 * groups * v->stride;
 }
 
-/* Uploads the texels that wait. */
-static void glbk__sfield_flush(glbk__sfield_stage *s)
+GLBK__DEF void glbk__sfield_flush(glbk__sfield_stage *s)
 {
     if (s->count && s->result == GLBK_OK)
         s->result = glbk__table_update(s->ctx, s->table, s->at, s->count, s->words);
@@ -2771,8 +2269,7 @@ static void glbk__sfield_flush(glbk__sfield_stage *s)
     s->count = 0;
 }
 
-/* Returns the words of the next texel, zeroed. */
-static uint32_t *glbk__sfield_texel(glbk__sfield_stage *s)
+GLBK__DEF uint32_t *glbk__sfield_texel(glbk__sfield_stage *s)
 {
     if (s->count == s->room) glbk__sfield_flush(s);
     return (uint32_t *)memset(s->words + 4 * s->count++, 0, 16);
@@ -2788,8 +2285,7 @@ static void glbk__sfield_put_floats(glbk__sfield_stage *s, const glbk__sfield_vi
     }
 }
 
-/* Returns the measure of a distance, as sfield_measure of lib/sfield_field.glsl does. */
-static float glbk__sfield_measure(float d2, int source, int uniform)
+GLBK__DEF float glbk__sfield_measure(float d2, int source, int uniform)
 {
     float inverse = 1 / d2, u = inverse < 1 ? inverse : 1;
     if (uniform) return -sqrtf(d2);
@@ -2907,10 +2403,9 @@ static const char *glbk__sfield_refuse(const sfield_info *info, uint32_t bands, 
     return info->shard_end ? "is a shard: sfield_merge first" : NULL;
 }
 
-/* Checks what descs of scenes of either basis have. */
-static glbk_result glbk__sfield_check_lists(const glbk_context *ctx, const char *function,
-                                            const sfield_field *const *fields, size_t field_count,
-                                            uint32_t entity_capacity, float reach)
+GLBK__DEF glbk_result glbk__sfield_check_lists(const glbk_context *ctx, const char *function,
+                                               const sfield_field *const *fields, size_t field_count,
+                                               uint32_t entity_capacity, float reach)
 {
     if (field_count && !fields) return glbk__refuse(ctx, GLBK_ERR_DESC, function, "desc.fields", "is NULL");
     if (!entity_capacity || entity_capacity > 65535)
@@ -2945,8 +2440,7 @@ static glbk_result glbk__sfield_check(const glbk_context *ctx, const char *funct
     return GLBK_OK;
 }
 
-/* Compares two fields by their pointers. */
-static int glbk__sfield_by_pointer(const void *a, const void *b)
+GLBK__DEF int glbk__sfield_by_pointer(const void *a, const void *b)
 {
     const uintptr_t x = (uintptr_t)((const glbk_sfield_field *)a)->field;
     const uintptr_t y = (uintptr_t)((const glbk_sfield_field *)b)->field;
@@ -3091,8 +2585,7 @@ static int glbk__sfield_turns(const float *m, uint32_t bands)
     return bands > 1 && (m[0] < 0 || m[5] < 0 || m[1] != 0 || m[2] != 0 || m[4] != 0 || m[6] != 0);
 }
 
-/* Returns the field as it was uploaded, or NULL for NULL and for other fields. */
-static const glbk_sfield_field *glbk__sfield_find(const glbk_sfield_scene *s, const sfield_field *field)
+GLBK__DEF const glbk_sfield_field *glbk__sfield_find(const glbk_sfield_scene *s, const sfield_field *field)
 {
     glbk_sfield_field key;
     memset(&key, 0, sizeof key);
@@ -3211,8 +2704,7 @@ static glbk_result glbk__sfield_put_quarter(glbk_context *ctx, const glbk_sfield
     return stage.result;
 }
 
-/* Returns the values of the block that tells shaders what the tables hold. */
-static glbk_sfield_contents glbk__sfield_contents_of(const glbk_sfield_scene *s, int sky)
+GLBK__DEF glbk_sfield_contents glbk__sfield_contents_of(const glbk_sfield_scene *s, int sky)
 {
     glbk_sfield_contents contents;
     memset(&contents, 0, sizeof contents);
@@ -3225,8 +2717,7 @@ static glbk_sfield_contents glbk__sfield_contents_of(const glbk_sfield_scene *s,
     return contents;
 }
 
-/* Uploads this block. */
-static glbk_result glbk__sfield_tell(glbk_context *ctx, const glbk_sfield_scene *s)
+GLBK__DEF glbk_result glbk__sfield_tell(glbk_context *ctx, const glbk_sfield_scene *s)
 {
     const glbk_sfield_contents contents = glbk__sfield_contents_of(s, s->sky);
     return glbk_buffer_update(ctx, &s->contents, 0, sizeof contents, &contents);
@@ -3316,8 +2807,7 @@ GLBK_DEF void glbk_sfield_bind(glbk_context *ctx, const glbk_sfield_scene *s, co
 
 /* ---- sfield: self-visibility: drawn or uploaded, pixel by pixel ---- */
 
-/* Writes zeros to the first layer of a texture of self-visibility: nothing is recorded. */
-static glbk_result glbk__sfield_blank(glbk_context *ctx, const glbk_texture *self)
+GLBK__DEF glbk_result glbk__sfield_blank(glbk_context *ctx, const glbk_texture *self)
 {
     const glbk_sfield__allocator memory = glbk_sfield__memory(ctx);
     void *zeros = glbk_sfield__alloc_array(&memory, self->width, 16);
@@ -3370,9 +2860,8 @@ static glbk_result glbk__sfield_check_self(const glbk_context *ctx, const char *
     return GLBK_OK;
 }
 
-/* Checks that a G-buffer has the size of a renderer. */
-static glbk_result glbk__sfield_check_gbuffer(const glbk_context *ctx, const char *function, uint32_t width,
-                                              uint32_t height, const glbk_gbuffer *g)
+GLBK__DEF glbk_result glbk__sfield_check_gbuffer(const glbk_context *ctx, const char *function,
+                                                 uint32_t width, uint32_t height, const glbk_gbuffer *g)
 {
     if (!g || !g->words[0].name)
         return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "gbuffer", g ? "was not created" : "is NULL");
@@ -3385,9 +2874,8 @@ static glbk_result glbk__sfield_check_gbuffer(const glbk_context *ctx, const cha
     return GLBK_OK;
 }
 
-/* Checks that some rows of a picture are there. */
-static glbk_result glbk__sfield_check_rows(const glbk_context *ctx, const char *function, uint32_t height,
-                                           uint32_t row, uint32_t row_count)
+GLBK__DEF glbk_result glbk__sfield_check_rows(const glbk_context *ctx, const char *function, uint32_t height,
+                                              uint32_t row, uint32_t row_count)
 {
     if (row >= height) return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, function, "row", row, 0, height - 1);
     if (row_count && row_count <= height - row) return GLBK_OK;
@@ -3808,740 +3296,6 @@ GLBK_DEF glbk_result glbk_sfield_read(glbk_context *ctx, glbk_sfield_renderer *r
     if (light) result = glbk_target_read(ctx, &r->target, 0, 0, 0, r->width, r->height, light);
     if (gloss && result == GLBK_OK)
         result = glbk_target_read(ctx, &r->target, 1, 0, 0, r->width, r->height, gloss);
-    return result;
-}
-
-/* ==== src/gl_shadowfield/haar_fields.h ==== */
-
-/* ---- sfield: wavelets: fields as trees ---- */
-
-enum { GLBK__SFIELD_SQUARES = 1365 };   /* of a face of 64 x 64 texels: 1 + 4 + 16 + ... */
-
-/* Kinds of glbk_sfield_field.source. */
-enum { GLBK__SFIELD_IS_SELF = 2 };
-
-/* A face of a sample while its tree is made. The squares of all levels are numbered one after the other, so
-   that the quarters of square k are squares 4 k + 1 to 4 k + 4. */
-typedef struct glbk__sfield_tree {
-    uint32_t side, channels, squares;   /* squares: of all levels */
-    float    scale;                     /* of the sample */
-    float    coef[3][4096];             /* 0 between two faces */
-    float    mean[3][4 * GLBK__SFIELD_SQUARES + 1];
-    uint8_t  mark[GLBK__SFIELD_SQUARES];        /* 1: wavelets lie in the square or in its quarters */
-} glbk__sfield_tree;
-
-/* The lists of a file of wavelets. */
-typedef struct glbk__sfield_lists {
-    const uint8_t *offsets, *scales, *entries;
-    uint32_t       samples, words;      /* words of an entry */
-} glbk__sfield_lists;
-
-static glbk__sfield_lists glbk__sfield_lists_of(const uint8_t *bytes, const glbk__sfield_view *v)
-{
-    glbk__sfield_lists l;
-    l.offsets = bytes + v->scales;
-    l.samples = v->samples;
-    l.scales = l.offsets + 4 * ((size_t)v->samples + 1);
-    l.entries = l.scales + 4 * (size_t)v->samples;
-    l.words = v->stride;
-    return l;
-}
-
-/* Returns the bytes of entry i. glbk__sfield_face moves *end past those entries of a sample whose number is
-   below `texels`: there the entries of the next face begin. */
-static const uint8_t *glbk__sfield_entry(const glbk__sfield_lists *l, size_t i)
-{
-    return l->entries + 4 * i * l->words;
-}
-
-static void glbk__sfield_face(const glbk__sfield_lists *l, uint32_t sample, uint32_t texels, size_t *end)
-{
-    const size_t last = glbk__sfield_word(l->offsets + 4 * ((size_t)sample + 1));
-    while (*end < last && glbk__sfield_word(glbk__sfield_entry(l, *end)) >> 16 < texels) (*end)++;
-}
-
-/* Marks the squares of a face's entries and all above these. Returns how many nodes the tree has but the
-   root. */
-static uint32_t glbk__sfield_mark(glbk__sfield_tree *t, const glbk__sfield_lists *l, size_t from, size_t end)
-{
-    const uint32_t in_face = t->side * t->side - 1;
-    uint32_t nodes = 0;
-    memset(t->mark, 0, t->squares);
-    for (; from < end; from++) {
-        uint32_t k = glbk__sfield_word(glbk__sfield_entry(l, from)) >> 16 & in_face;
-        if (!k) continue;
-        for (k = (k - 1) / 3; k && !t->mark[k]; k = (k - 1) / 4) {
-            t->mark[k] = 1;
-            nodes++;
-        }
-    }
-    return nodes;
-}
-
-/* Writes the coefficients of a face's entries, or zeros in their places. */
-static void glbk__sfield_scatter(glbk__sfield_tree *t, const glbk__sfield_lists *l, size_t from, size_t end,
-                                 float scale)
-{
-    const uint32_t in_face = t->side * t->side - 1;
-    for (; from < end; from++) {
-        const uint8_t *e = glbk__sfield_entry(l, from);
-        const uint32_t first = glbk__sfield_word(e), at = first >> 16 & in_face;
-        uint32_t value[3], c;
-        value[0] = first;
-        value[1] = l->words > 1 ? glbk__sfield_word(e + 4) >> 16 : 0;
-        value[2] = l->words > 1 ? glbk__sfield_word(e + 4) : 0;
-        for (c = 0; c < t->channels; c++)
-            t->coef[c][at] = scale * ((float)(int32_t)((value[c] & 0xffffu) ^ 0x8000u) - 32768.0f);
-    }
-}
-
-/* Computes the means of the quarters of square k, which has so many texels a side. Returns the greatest. */
-static float glbk__sfield_quarter(glbk__sfield_tree *t, uint32_t k, float side)
-{
-    float most = 0, scale = 1 / side;
-    uint32_t c, q;
-    for (c = 0; c < t->channels; c++)
-        for (q = 0; q < 4; q++) {
-            const float *w = t->coef[c] + 1 + 3 * k, x = q & 1 ? -scale : scale, y = q & 2 ? -scale : scale;
-            const float z = q == 0 || q == 3 ? scale : -scale;
-            const float mean = t->mean[c][k] + x * w[0] + y * w[1] + z * w[2];
-            t->mean[c][4 * k + 1 + q] = mean;
-            most = fabsf(mean) > most ? fabsf(mean) : most;
-        }
-    return most;
-}
-
-/* Writes the node of square k, whose quarters' first node is texel `below` of the table. Returns how many
-   quarters have a node. */
-static uint32_t glbk__sfield_node(glbk__sfield_tree *t, uint32_t k, float side, uint32_t below,
-                                  glbk__sfield_stage *s)
-{
-    const float most = glbk__sfield_quarter(t, k, side), scale = most / 32767;
-    uint32_t *texel = glbk__sfield_texel(s), *second = texel;
-    uint32_t q, c, nodes = 0, mask = 0;
-    for (q = 0; q < 4; q++) {
-        const uint32_t quarter = 4 * k + 1 + q;
-        if (quarter >= t->squares || !t->mark[quarter]) continue;
-        mask |= 1u << q;
-        nodes++;
-    }
-    texel[2] = mask << 28 | (mask ? below : 0);     /* past the last of 2^28 texels it has 29 bits */
-    memcpy(texel + 3, &scale, 4);
-    for (c = 0; c < t->channels; c++) {
-        if (c == 1) second = glbk__sfield_texel(s);
-        for (q = 0; q < 4; q++) {
-            const float x = scale > 0 ? t->mean[c][4 * k + 1 + q] / scale : 0;
-            const uint32_t bits = (uint32_t)(int32_t)(x + (x < 0 ? -0.5f : 0.5f)) & 0xffffu;
-            second[(c > 1 ? 2 : 0) + q / 2] |= bits << q % 2 * 16;
-        }
-    }
-    return nodes;
-}
-
-/* Writes the tree of a face: its root to one stage, all other nodes to the other, level by level. */
-static void glbk__sfield_plant(glbk__sfield_tree *t, glbk__sfield_stage *roots, glbk__sfield_stage *nodes)
-{
-    const uint32_t step = t->channels > 1 ? 2 : 1;
-    uint32_t k, level_end = 1, below = (uint32_t)(nodes->at + nodes->count), c;
-    float side = (float)t->side;
-    for (c = 0; c < t->channels; c++) t->mean[c][0] = t->coef[c][0] / side;
-    for (k = 0; k < t->squares; k++) {
-        if (k == level_end) {
-            level_end = 4 * level_end + 1;
-            side *= 0.5f;
-        }
-        if (!k || t->mark[k]) below += step * glbk__sfield_node(t, k, side, below, k ? nodes : roots);
-    }
-}
-
-/* Counts the nodes of a file but the roots or, with stages, writes all trees. */
-static uint64_t glbk__sfield_trees(glbk__sfield_tree *t, const glbk__sfield_lists *l,
-                                   glbk__sfield_stage *roots, glbk__sfield_stage *nodes)
-{
-    const uint32_t texels = t->side * t->side;
-    uint64_t count = 0;
-    uint32_t sample, face;
-    for (sample = 0; sample < l->samples; sample++) {
-        size_t from = glbk__sfield_word(l->offsets + 4 * (size_t)sample), end = from;
-        for (face = 0; face < 6; face++, from = end) {
-            glbk__sfield_face(l, sample, (face + 1) * texels, &end);
-            count += glbk__sfield_mark(t, l, from, end);
-            if (!roots) continue;
-            glbk__sfield_scatter(t, l, from, end, glbk__sfield_float(l->scales + 4 * (size_t)sample));
-            glbk__sfield_plant(t, roots, nodes);
-            glbk__sfield_scatter(t, l, from, end, 0);
-        }
-    }
-    return count;
-}
-
-/* Writes the first texels of a field, up to its roots. Those of harmonics have the same places. */
-static void glbk__sfield_haar_head(glbk__sfield_stage *s, const glbk__sfield_view *v)
-{
-    const uint32_t first = (uint32_t)(s->at + s->count);
-    uint32_t *texel = glbk__sfield_texel(s), i;
-    float pair[2];
-    texel[0] = (v->kind == 1 ? 1u : 0u) | (v->spacing == SFIELD_SPACING_UNIFORM ? 2u : 0u);
-    texel[0] |= v->loop ? 4u : 0u;
-    texel[1] = v->frames;
-    texel[2] = v->shells;
-    texel[3] = v->side;
-    texel = glbk__sfield_texel(s);
-    texel[0] = v->channels > 1 ? 2 : 1;
-    texel[1] = first + 3 + v->shells;
-    texel = glbk__sfield_texel(s);
-    texel[0] = glbk__sfield_word(v->bytes + 92);
-    for (i = 0; i < v->shells; i++) {
-        pair[0] = glbk__sfield_float(v->bytes + 4 * (GLBK__SFIELD_HEADER + (size_t)i));
-        pair[0] *= pair[0];
-        pair[1] = glbk__sfield_measure(pair[0], v->kind == 1, v->spacing == SFIELD_SPACING_UNIFORM);
-        memcpy(glbk__sfield_texel(s), pair, sizeof pair);
-    }
-}
-
-/* Returns why a scene of wavelets cannot have a field, or NULL if it can. */
-static const char *glbk__sfield_haar_refuse(const sfield_info *info, uint32_t side)
-{
-    if (info->basis != SFIELD_BASIS_HAAR) return "is one of harmonics, which glbk_sfield_scene_create takes";
-    if (info->cube_side != side) return "has another cube_side than desc.cube_side";
-    return info->shard_end ? "is a shard: sfield_merge first" : NULL;
-}
-
-static glbk_result glbk__sfield_haar_check(const glbk_context *ctx, const char *function,
-                                           const glbk_sfield_haar_scene_desc *d, uint32_t side)
-{
-    glbk_sfield__message name;
-    glbk_result result;
-    size_t i;
-    if (side < 4 || side > 64 || (side & (side - 1)))
-        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "desc.cube_side", side,
-                                  "a power of two within 4..64, or 0");
-    result = glbk__sfield_check_lists(ctx, function, d->fields, d->field_count, d->entity_capacity, d->reach);
-    if (result != GLBK_OK) return result;
-    for (i = 0; i < d->field_count; i++) {
-        sfield_info info;
-        const char *why = "is NULL";
-        if (d->fields[i]) {
-            sfield_get_info(d->fields[i], &info);
-            why = glbk__sfield_haar_refuse(&info, side);
-        }
-        if (why)
-            return glbk__refuse(ctx, d->fields[i] ? GLBK_ERR_MISMATCH : GLBK_ERR_DESC, function,
-                                glbk__sfield_name(&name, "desc.fields", i, ""), why);
-    }
-    return GLBK_OK;
-}
-
-/* What making a scene of wavelets needs for a while. */
-typedef struct glbk__sfield_nursery {
-    const glbk_sfield_haar_scene_desc *d;
-    glbk__sfield_tree *tree;
-    uint8_t  *bytes;                    /* of the file of a field */
-    size_t    most_bytes;
-    uint64_t  texels;                   /* so far */
-    glbk__sfield_stage roots, nodes;
-} glbk__sfield_nursery;
-
-/* Reads field i, and says of the scene's entry where it begins. Returns the lists. */
-static glbk__sfield_lists glbk__sfield_haar_open(glbk__sfield_nursery *n, size_t i, glbk__sfield_view *v)
-{
-    (void)sfield_write(n->d->fields[i], n->bytes, n->most_bytes);
-    glbk__sfield_read(n->bytes, v);
-    v->scales = 4 * (GLBK__SFIELD_HEADER + (size_t)v->shells);
-    n->tree->channels = v->channels;
-    return glbk__sfield_lists_of(n->bytes, v);
-}
-
-/* Finds where all fields begin, and where they end. */
-static void glbk__sfield_haar_lay_out(glbk__sfield_nursery *n, glbk_sfield_field *fields)
-{
-    size_t i;
-    for (i = 0; i < n->d->field_count && n->texels <= (uint64_t)1 << 28; i++) {
-        glbk__sfield_view v;
-        const glbk__sfield_lists l = glbk__sfield_haar_open(n, i, &v);
-        const uint64_t nodes = 6 * (uint64_t)v.samples + glbk__sfield_trees(n->tree, &l, NULL, NULL);
-        sfield_info info;
-        sfield_get_info(n->d->fields[i], &info);
-        fields[i].field = n->d->fields[i];
-        fields[i].start = (uint32_t)n->texels;
-        fields[i].source = info.kind == SFIELD_KIND_SOURCE      ? 1
-                           : info.kind == SFIELD_KIND_OCCLUSION ? 0
-                                                                : GLBK__SFIELD_IS_SELF;
-        memcpy(fields[i].center, info.center, sizeof info.center);
-        fields[i].radius = info.radius;
-        fields[i].inscribed = info.inscribed;
-        fields[i].outer = info.outer;
-        n->texels += 3 + v.shells + nodes * (v.channels > 1 ? 2 : 1);
-    }
-}
-
-/* Uploads all fields. */
-static glbk_result glbk__sfield_haar_fill(glbk__sfield_nursery *n, const glbk_sfield_field *fields)
-{
-    size_t i;
-    for (i = 0; i < n->d->field_count && n->roots.result == GLBK_OK; i++) {
-        glbk__sfield_view v;
-        const glbk__sfield_lists l = glbk__sfield_haar_open(n, i, &v);
-        n->roots.at = fields[i].start;
-        n->nodes.at = fields[i].start + 3 + v.shells + 6 * (size_t)v.samples * (v.channels > 1 ? 2 : 1);
-        glbk__sfield_haar_head(&n->roots, &v);
-        (void)glbk__sfield_trees(n->tree, &l, &n->roots, &n->nodes);
-        glbk__sfield_flush(&n->roots);
-        glbk__sfield_flush(&n->nodes);
-        if (n->roots.result == GLBK_OK) n->roots.result = n->nodes.result;
-    }
-    return n->roots.result;
-}
-
-/* Returns a number for where a scene's fields begin and end in its table, never 0. Scenes of one number have
-   the self-visibilities of each other: a field made anew at an old one's address has another size. */
-static uint64_t glbk__sfield_haar_key(const glbk_sfield_scene *s)
-{
-    uint64_t key = s->texels;
-    size_t i;
-    for (i = 0; i < s->field_count; i++)
-        key = (key ^ ((uint64_t)(uintptr_t)s->fields[i].field << 8 ^ s->fields[i].start)) * 1099511628211u;
-    return key | 1;
-}
-
-/* Makes the tables of a scene of wavelets. */
-static glbk_result glbk__sfield_haar_tables(glbk_context *ctx, const char *function, glbk__sfield_nursery *n,
-                                            glbk_sfield_scene *out)
-{
-    const uint64_t most = (uint64_t)1 << 28;
-    glbk_result result;
-    glbk__sfield_haar_lay_out(n, out->fields);
-    if (n->texels > most)
-        return glbk__refuse_range(ctx, GLBK_ERR_LIMIT, function, "the number of texels of desc.fields",
-                                  (double)n->texels, 0, (double)most);
-    out->texels = (uint32_t)n->texels;
-    out->entities_at = 6 * out->cube_side * out->cube_side;
-    result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL, out->texels + (size_t)1, &out->table);
-    if (result == GLBK_OK)
-        result = glbk__table_create(ctx, GLBK_FORMAT_RGBA32UI, NULL,
-                                    out->entities_at + (size_t)out->entity_capacity * GLBK__SFIELD_ENTITY,
-                                    &out->moving);
-    if (result == GLBK_OK)
-        result = glbk_buffer_create(ctx, sizeof(glbk_sfield_contents), NULL, &out->contents);
-    n->roots.ctx = n->nodes.ctx = ctx;
-    n->roots.table = n->nodes.table = &out->table;
-    if (result == GLBK_OK) result = glbk__sfield_haar_fill(n, out->fields);
-    qsort(out->fields, out->field_count, sizeof *out->fields, glbk__sfield_by_pointer);
-    out->key = glbk__sfield_haar_key(out);
-    return result == GLBK_OK ? glbk__leave_created(ctx, glbk_sfield_haar_sky(ctx, out, NULL)) : result;
-}
-
-/* Makes a scene whose cube_side, entity_capacity and reach are set. */
-static glbk_result glbk__sfield_haar_make(glbk_context *ctx, const char *function,
-                                          const glbk_sfield_haar_scene_desc *d, glbk_sfield_scene *out)
-{
-    const glbk_sfield__allocator memory = glbk_sfield__memory(ctx);
-    glbk_result result = GLBK_ERR_ALLOC;
-    glbk__sfield_nursery n;
-    uint32_t *words;
-    size_t i;
-    memset(&n, 0, sizeof n);
-    n.d = d;
-    for (i = 0; i < d->field_count; i++) {
-        sfield_info info;
-        sfield_get_info(d->fields[i], &info);
-        if (info.bytes > n.most_bytes) n.most_bytes = info.bytes;
-    }
-    out->fields =
-        (glbk_sfield_field *)glbk_sfield__alloc_array(&memory, d->field_count + 1, sizeof *out->fields);
-    out->field_count = out->fields ? d->field_count : 0;
-    n.tree = (glbk__sfield_tree *)glbk_sfield__alloc(&memory, sizeof *n.tree);
-    n.bytes = (uint8_t *)glbk_sfield__alloc(&memory, n.most_bytes + 1);
-    words = (uint32_t *)glbk_sfield__alloc(&memory, 32 * GLBK__SFIELD_STAGE);
-    if (out->fields && n.tree && n.bytes && words) {
-        memset(n.tree, 0, sizeof *n.tree);
-        n.tree->side = out->cube_side;
-        n.tree->squares = (out->cube_side * out->cube_side - 1) / 3;
-        n.roots.words = words;
-        n.nodes.words = words + 4 * GLBK__SFIELD_STAGE;
-        n.roots.room = n.nodes.room = GLBK__SFIELD_STAGE;
-        result = glbk__sfield_haar_tables(ctx, function, &n, out);
-    }
-    glbk_sfield__free(&memory, words);
-    glbk_sfield__free(&memory, n.bytes);
-    glbk_sfield__free(&memory, n.tree);
-    return result;
-}
-
-GLBK_DEF glbk_result glbk_sfield_haar_upload(glbk_context *ctx, const glbk_sfield_haar_scene_desc *d,
-                                             glbk_sfield_scene *out)
-{
-    glbk_result result;
-
-    if (!ctx) return GLBK_ERR_ARGUMENT;
-    if (!out) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "out", "is NULL");
-    memset(out, 0, sizeof *out);
-    if (!d) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "desc", "is NULL");
-    out->bands = 1;                             /* no rotations of coefficients are uploaded */
-    out->cube_side = d->cube_side ? d->cube_side : 32;
-    out->entity_capacity = d->entity_capacity;
-    out->reach = d->reach;
-    result = glbk__sfield_haar_check(ctx, __func__, d, out->cube_side);
-    if (result == GLBK_OK) result = glbk__sfield_haar_make(ctx, __func__, d, out);
-    if (result != GLBK_OK) glbk_sfield_scene_free(ctx, out);
-    return result;
-}
-
-GLBK_DEF glbk_result glbk_sfield_haar_sky(glbk_context *ctx, glbk_sfield_scene *s, const float *texels)
-{
-    glbk_sfield__allocator memory;
-    uint32_t cells, face, i, c;
-    uint32_t x, y, bit;
-    glbk_result result;
-    float *rgba;
-
-    if (!ctx) return GLBK_ERR_ARGUMENT;
-    result = glbk__sfield_check_scene(ctx, __func__, s);
-    if (result != GLBK_OK) return result;
-    if (!s->cube_side) return glbk__refuse(ctx, GLBK_ERR_MISMATCH, __func__, "scene", "has harmonics");
-    memory = glbk_sfield__memory(ctx);
-    cells = 6 * s->cube_side * s->cube_side;
-    rgba = (float *)glbk_sfield__alloc_array(&memory, cells, 16);
-    if (!rgba) return GLBK_ERR_ALLOC;
-    for (i = 0; i < cells; i++) {               /* from Morton order to rows */
-        float direction[3], *to;
-        face = i / (s->cube_side * s->cube_side);
-        for (x = y = bit = 0; 1u << bit < s->cube_side; bit++) {
-            x |= (i >> 2 * bit & 1) << bit;
-            y |= (i >> (2 * bit + 1) & 1) << bit;
-        }
-        to = rgba + 4 * (((size_t)face * s->cube_side + y) * s->cube_side + x);
-        for (c = 0; c < 3; c++) to[c] = texels ? texels[c * (size_t)cells + i] : 0;
-        to[3] = sfield_cube_texel(s->cube_side, i, direction);
-    }
-    result = glbk__table_update(ctx, &s->moving, 0, cells, rgba);
-    glbk_sfield__free(&memory, rgba);
-    if (result != GLBK_OK) return result;
-    s->sky = texels != NULL;
-    return glbk__sfield_tell(ctx, s);
-}
-
-/* ==== src/gl_shadowfield/haar.h ==== */
-
-/* ---- sfield: wavelets: the renderer ---- */
-
-enum {
-    GLBK__SFIELD_SLOTS = 16,            /* places of a list */
-    GLBK__SFIELD_WIDE = 2048            /* texels a side of a texture, at most */
-};
-
-/* Makes a texture of so many texels. */
-static glbk_result glbk__sfield_haar_texture(glbk_context *ctx, glbk_format format, uint32_t width,
-                                             uint32_t height, uint32_t layers, glbk_texture *out)
-{
-    glbk_texture_desc d;
-    memset(&d, 0, sizeof d);
-    d.format = format;
-    d.width = width;
-    d.height = height;
-    d.layers = layers;
-    return glbk_texture_create(ctx, &d, out);
-}
-
-/* Chooses how many points a batch has, and how many cubes stand in a row: textures have at most so many
-   texels a side. */
-static void glbk__sfield_haar_fit(const glbk_context *ctx, uint32_t wanted, glbk_sfield_haar *h)
-{
-    const uint32_t side = ctx->max_side < GLBK__SFIELD_WIDE ? ctx->max_side : (uint32_t)GLBK__SFIELD_WIDE;
-    const uint32_t half = h->cube_side / 2, pixels = h->width * h->height;
-    uint32_t most;
-    h->columns = side / (6 * half);
-    most = side / half * h->columns / GLBK__SFIELD_SLOTS;
-    most = most < side ? most : side;
-    h->batch = wanted < most ? wanted : most;
-    if (pixels < h->batch) h->batch = pixels;
-}
-
-/* Makes the textures and targets of a batch. */
-static glbk_result glbk__sfield_haar_textures(glbk_context *ctx, glbk_sfield_haar *h)
-{
-    const glbk_format format = GLBK_FORMAT_RGBA32UI;
-    const uint32_t half = h->cube_side / 2, wide = h->columns * 6 * half;
-    const uint32_t rows = (h->batch * GLBK__SFIELD_SLOTS + h->columns - 1) / h->columns,
-                   strips = (h->batch + 2 * h->columns - 1) / (2 * h->columns);
-    glbk_target_desc target;
-    glbk_result result =
-        glbk__canvas(ctx, GLBK_FORMAT_COLOR, h->width, h->height, NULL, &h->light, &h->target);
-    int i, k;
-    for (i = 0; i < 3 && result == GLBK_OK; i++)
-        result = glbk__sfield_haar_texture(ctx, format, GLBK__SFIELD_SLOTS, h->batch, 0, &h->list[i]);
-    if (result == GLBK_OK)
-        result = glbk__canvas(ctx, format, wide, rows * half, NULL, &h->cubes, &h->cubes_target);
-    for (i = 0; i < 2 && result == GLBK_OK; i++) {
-        memset(&target, 0, sizeof target);
-        result = glbk__sfield_haar_texture(ctx, format, GLBK__SFIELD_SLOTS, h->batch, 0, &h->met[i]);
-        for (k = 0; k < 3; k++) target.color[k] = &h->list[k];
-        target.color[3] = &h->met[i];
-        if (result == GLBK_OK) result = glbk__target_create(ctx, &target, &h->list_target[i]);
-        memset(&target, 0, sizeof target);
-        for (k = 0; k < 3 && result == GLBK_OK; k++) {
-            result = glbk__sfield_haar_texture(ctx, format, wide, strips * half, 0, &h->left[i][k]);
-            target.color[k] = &h->left[i][k];
-        }
-        if (result == GLBK_OK) result = glbk__target_create(ctx, &target, &h->left_target[i]);
-    }
-    return result;
-}
-
-static glbk_result glbk__sfield_haar_check_desc(const glbk_context *ctx, const char *function,
-                                                const glbk_sfield_haar_desc *d)
-{
-    const uint32_t side = d ? d->cube_side : 0;
-    glbk_result result;
-    if (!d) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "desc", "is NULL");
-    result = glbk__require_side(ctx, function, "desc.width", d->width);
-    if (result == GLBK_OK) result = glbk__require_side(ctx, function, "desc.height", d->height);
-    if (result != GLBK_OK) return result;
-    if (side && (side < 4 || side > 64 || (side & (side - 1))))
-        return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "desc.cube_side", side,
-                                  "a power of two within 4..64, or 0");
-    return GLBK_OK;
-}
-
-GLBK_DEF glbk_result glbk_sfield_haar_create(glbk_context *ctx, const glbk_sfield_haar_desc *d,
-                                             glbk_sfield_haar *out)
-{
-    const glbk_part *part = glbk_sfield_part();
-    glbk_result result;
-
-    if (!ctx) return GLBK_ERR_ARGUMENT;
-    if (!out) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "out", "is NULL");
-    memset(out, 0, sizeof *out);
-    result = glbk__sfield_haar_check_desc(ctx, __func__, d);
-    if (result != GLBK_OK) return result;
-    out->width = d->width;
-    out->height = d->height;
-    out->cube_side = d->cube_side ? d->cube_side : 32;
-    out->has_self = d->self != 0;
-    glbk__sfield_haar_fit(ctx, d->batch ? d->batch : 256, out);
-    result = glbk__sfield_haar_textures(ctx, out);
-    if (result == GLBK_OK && d->self)
-        result = glbk__sfield_haar_texture(ctx, GLBK_FORMAT_R32UI, out->width, out->height, 1, &out->self);
-    if (result == GLBK_OK)
-        result = glbk__gbuffer_program(ctx, part, "sfield_haar_list.frag", "SFIELD_BANDS=1", &out->find);
-    if (result == GLBK_OK)
-        result = glbk__gbuffer_program(ctx, part, "sfield_haar_cubes.frag", NULL, &out->write);
-    if (result == GLBK_OK)
-        result = glbk__gbuffer_program(ctx, part, "sfield_haar_light.frag", NULL, &out->multiply);
-    if (result == GLBK_OK) result = glbk__program_create(ctx, part, "sfield_haar_sum.frag", NULL, &out->sum);
-    if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_sfield_batch), NULL, &out->block);
-    if (result != GLBK_OK) glbk_sfield_haar_free(ctx, out);
-    return result;
-}
-
-GLBK_DEF void glbk_sfield_haar_free(glbk_context *ctx, glbk_sfield_haar *h)
-{
-    int i, k;
-    if (!h) return;
-    glbk_program_free(ctx, &h->find);
-    glbk_program_free(ctx, &h->write);
-    glbk_program_free(ctx, &h->multiply);
-    glbk_program_free(ctx, &h->sum);
-    glbk_target_free(ctx, &h->target);
-    glbk_target_free(ctx, &h->cubes_target);
-    glbk_texture_free(ctx, &h->light);
-    glbk_texture_free(ctx, &h->self);
-    glbk_texture_free(ctx, &h->cubes);
-    for (i = 0; i < 3; i++) glbk_texture_free(ctx, &h->list[i]);
-    for (i = 0; i < 2; i++) {
-        glbk_target_free(ctx, &h->list_target[i]);
-        glbk_target_free(ctx, &h->left_target[i]);
-        glbk_texture_free(ctx, &h->met[i]);
-        for (k = 0; k < 3; k++) glbk_texture_free(ctx, &h->left[i][k]);
-    }
-    glbk_buffer_free(ctx, &h->block);
-    memset(h, 0, sizeof *h);
-}
-
-/* Checks a renderer and a scene of wavelets, which belong together. */
-static glbk_result glbk__sfield_haar_check_pair(const glbk_context *ctx, const char *function,
-                                                const glbk_sfield_haar *h, const glbk_sfield_scene *s)
-{
-    glbk_result result;
-    if (!h || !h->sum.name)
-        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "haar", h ? "was not created" : "is NULL");
-    result = glbk__sfield_check_scene(ctx, function, s);
-    if (result != GLBK_OK || s->cube_side == h->cube_side) return result;
-    if (!s->cube_side) return glbk__refuse(ctx, GLBK_ERR_MISMATCH, function, "scene", "has harmonics");
-    return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, function, "scene->cube_side", s->cube_side,
-                              "that of the renderer");
-}
-
-/* Writes where the trees of a point's self-visibility begin, 0 for none. */
-static glbk_result glbk__sfield_haar_root(const glbk_context *ctx, const char *function,
-                                          const glbk_sfield_scene *s, const glbk_sfield_own *own,
-                                          size_t index, uint32_t *root)
-{
-    const glbk_sfield_field *field = glbk__sfield_find(s, own->self);
-    glbk_sfield__message name;
-    sfield_info info;
-    *root = 0;
-    if (!own->self) return GLBK_OK;
-    if (!field || field->source != GLBK__SFIELD_IS_SELF)
-        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, function, glbk__sfield_name(&name, "own", index, ".self"),
-                            "is none of the scene's self-visibilities");
-    sfield_get_info(own->self, &info);
-    if (own->point >= info.sample_count)
-        return glbk__refuse_range(ctx, GLBK_ERR_INPUT, function,
-                                  glbk__sfield_name(&name, "own", index, ".point"), own->point, 0,
-                                  (double)info.sample_count - 1);
-    *root = field->start + 3 + 6 * own->point;
-    return GLBK_OK;
-}
-
-GLBK_DEF glbk_result glbk_sfield_haar_self(glbk_context *ctx, glbk_sfield_haar *h, const glbk_sfield_scene *s,
-                                           uint32_t row, uint32_t row_count, const glbk_sfield_own *own)
-{
-    glbk_box box = { 0, 0, 0, 0, 0, 0, 1 };
-    glbk_sfield__allocator memory;
-    glbk_result result;
-    uint32_t *roots;
-    size_t i, count;
-
-    if (!ctx) return GLBK_ERR_ARGUMENT;
-    result = glbk__sfield_haar_check_pair(ctx, __func__, h, s);
-    if (result != GLBK_OK) return result;
-    if (!h->has_self)
-        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, __func__, "haar", "was created without desc.self");
-    if (!own) return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "own", "is NULL");
-    result = glbk__sfield_check_rows(ctx, __func__, h->height, row, row_count);
-    if (result != GLBK_OK) return result;
-    memory = glbk_sfield__memory(ctx);
-    count = (size_t)h->width * row_count;
-    roots = (uint32_t *)glbk_sfield__alloc_array(&memory, count, 4);
-    if (!roots) return GLBK_ERR_ALLOC;
-    for (i = 0; i < count && result == GLBK_OK; i++)
-        result = glbk__sfield_haar_root(ctx, __func__, s, &own[i], i, &roots[i]);
-    box.y = row;
-    box.width = h->width;
-    box.height = row_count;
-    if (result == GLBK_OK && h->self_of != s->key) result = glbk__sfield_blank(ctx, &h->self);
-    if (result == GLBK_OK) h->self_of = s->key;
-    if (result == GLBK_OK) result = glbk_texture_update(ctx, &h->self, &box, roots);
-    glbk_sfield__free(&memory, roots);
-    return result;
-}
-
-/* Begins a pass of a batch: draws cover `width` x `height` texels of a target, from (left, bottom) on. */
-static glbk_result glbk__sfield_haar_pass(glbk_context *ctx, const glbk_sfield_haar *h, glbk_program *program,
-                                          const glbk_target *target, const uint32_t viewport[4])
-{
-    glbk_pass pass;
-    glbk_result result;
-    int i;
-    memset(&pass, 0, sizeof pass);
-    pass.target = target;
-    for (i = 0; i < 4; i++) pass.viewport[i] = (int32_t)viewport[i];
-    result = glbk_begin(ctx, &pass, program);
-    if (result == GLBK_OK) glbk_bind_block(ctx, GLBK_SLOT_glbk_sfield_batch, &h->block);
-    return result;
-}
-
-/* Binds what passes read of a list. */
-static void glbk__sfield_haar_bind(glbk_context *ctx, const glbk_sfield_haar *h, const glbk_sfield_scene *s)
-{
-    glbk_sfield_bind(ctx, s, NULL);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_sfield_what, &h->list[0]);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_sfield_corner, &h->list[1]);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_sfield_weight, &h->list[2]);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_sfield_cubes, &h->cubes);
-}
-
-/* Draws a round of a batch: lists, their cubes, and what T and light come to. */
-static glbk_result glbk__sfield_haar_round(glbk_context *ctx, glbk_sfield_haar *h, const glbk_gbuffer *g,
-                                           const glbk_sfield_scene *s, const glbk_sfield_batch *b)
-{
-    const uint32_t now = b->round & 1, half = h->cube_side / 2, cubes = b->count * b->slots;
-    const uint32_t lists[4] = { 0, 0, b->slots, b->count },
-                   squares[4] = { 0, 0, h->columns * 6 * half, (cubes + h->columns - 1) / h->columns * half },
-                   strips[4] = { 0, 0, h->columns * 6 * half,
-                                 (b->count + 2 * h->columns - 1) / (2 * h->columns) * half };
-    glbk_result result = glbk__put_block(ctx, GLBK_SLOT_glbk_sfield_batch, &h->block, b);
-    if (result == GLBK_OK) result = glbk__sfield_haar_pass(ctx, h, &h->find, &h->list_target[now], lists);
-    if (result != GLBK_OK) return result;
-    glbk_sfield_bind(ctx, s, NULL);
-    result = glbk_gbuffer_bind(ctx, g, NULL);
-    if (result != GLBK_OK) return result;
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_sfield_self, &h->self);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_sfield_met, b->round ? &h->met[!now] : NULL);
-    glbk_draw_screen(ctx);
-    result = glbk__sfield_haar_pass(ctx, h, &h->write, &h->cubes_target, squares);
-    if (result != GLBK_OK) return result;
-    glbk__sfield_haar_bind(ctx, h, s);
-    result = glbk_gbuffer_bind(ctx, g, NULL);
-    if (result != GLBK_OK) return result;
-    glbk_draw_screen(ctx);
-    result = glbk__sfield_haar_pass(ctx, h, &h->multiply, &h->left_target[now], strips);
-    if (result != GLBK_OK) return result;
-    glbk__sfield_haar_bind(ctx, h, s);
-    result = glbk_gbuffer_bind(ctx, g, NULL);
-    if (result != GLBK_OK) return result;
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_sfield_lower, b->round ? &h->left[!now][0] : NULL);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_sfield_upper, b->round ? &h->left[!now][1] : NULL);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_sfield_sums, b->round ? &h->left[!now][2] : NULL);
-    glbk_draw_screen(ctx);
-    return GLBK_OK;
-}
-
-/* Shades the points of a batch, whose rectangle is set, in so many rounds. sky: not 0 if the sky or the open
-   share is wanted. */
-static glbk_result glbk__sfield_haar_batch(glbk_context *ctx, glbk_sfield_haar *h, const glbk_gbuffer *g,
-                                           const glbk_sfield_scene *s, uint32_t rounds, int sky,
-                                           glbk_sfield_batch *b)
-{
-    const uint32_t pixels[4] = { b->left, b->bottom, b->width, b->count / b->width };
-    glbk_result result = GLBK_OK;
-    for (b->round = 0; b->round < rounds && result == GLBK_OK; b->round++) {
-        b->last = sky && b->round + 1 == rounds;
-        result = glbk__sfield_haar_round(ctx, h, g, s, b);
-    }
-    if (result == GLBK_OK) result = glbk__sfield_haar_pass(ctx, h, &h->sum, &h->target, pixels);
-    if (result != GLBK_OK) return result;
-    glbk_sfield_bind(ctx, s, NULL);
-    glbk_bind_texture(ctx, GLBK_SLOT_glbk_sfield_sums, &h->left[!(rounds & 1)][2]);
-    glbk_draw_screen(ctx);
-    return GLBK_OK;
-}
-
-GLBK_DEF glbk_result glbk_sfield_haar_shade(glbk_context *ctx, glbk_sfield_haar *h, const glbk_gbuffer *g,
-                                            const glbk_sfield_scene *s, int open)
-{
-    glbk_sfield_contents contents;
-    glbk_sfield_batch b;
-    glbk_result result;
-    uint32_t most, wide, high;
-
-    if (!ctx) return GLBK_ERR_ARGUMENT;
-    result = glbk__sfield_haar_check_pair(ctx, __func__, h, s);
-    if (result == GLBK_OK) result = glbk__sfield_check_gbuffer(ctx, __func__, h->width, h->height, g);
-    if (result != GLBK_OK) return result;
-    if (h->self_of && h->self_of != s->key)
-        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, __func__, "scene",
-                            "is not the one of glbk_sfield_haar_self");
-    most = s->entity_count + 3 * s->light_count + (h->self_of ? 1u : 0u);
-    memset(&b, 0, sizeof b);
-    b.slots = most < GLBK__SFIELD_SLOTS ? (most ? most : 1) : (uint32_t)GLBK__SFIELD_SLOTS;
-    b.own = h->self_of != 0;
-    b.side = h->cube_side;
-    b.columns = h->columns;
-    contents = glbk__sfield_contents_of(s, s->sky || open);
-    result = glbk__put_block(ctx, GLBK_SLOT_glbk_sfield_contents, &s->contents, &contents);
-    wide = h->width < h->batch ? h->width : h->batch;
-    if (wide > 32) wide = 32;                   /* points that are near each other read the same samples */
-    high = h->batch / wide;
-    for (b.bottom = 0; b.bottom < h->height && result == GLBK_OK; b.bottom += high)
-        for (b.left = 0; b.left < h->width && result == GLBK_OK; b.left += wide) {
-            const uint32_t rows = h->height - b.bottom < high ? h->height - b.bottom : high;
-            b.width = h->width - b.left < wide ? h->width - b.left : wide;
-            b.count = b.width * rows;
-            result = glbk__sfield_haar_batch(ctx, h, g, s, most ? (most + b.slots - 1) / b.slots : 1,
-                                             s->sky || open, &b);
-        }
     return result;
 }
 

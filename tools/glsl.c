@@ -13,12 +13,13 @@
 #define GL_GBUFFER_IMPLEMENTATION
 #define GL_RSM_IMPLEMENTATION
 #define GL_ISM_IMPLEMENTATION
+#define GL_WAVELETS_IMPLEMENTATION
 #include "../gl_backend/gl_csm.h"
 #include "../gl_backend/gl_envshadow.h"
 #include "../gl_backend/gl_gbuffer.h"
 #include "../gl_backend/gl_ism.h"
 #include "../gl_backend/gl_rsm.h"
-#include "../gl_backend/gl_shadowfield.h"
+#include "../gl_backend/gl_wavelets.h"
 
 #include <stdio.h>
 
@@ -61,6 +62,7 @@ static int write_layout(const char *path)
     GLBK_GBUFFER_BLOCKS(BLOCK)
     GLBK_CSM_BLOCKS(BLOCK)
     GLBK_SFIELD_BLOCKS(BLOCK)
+    GLBK_HAAR_BLOCKS(BLOCK)
     GLBK_ENVSH_BLOCKS(BLOCK)
     GLBK_RSM_BLOCKS(BLOCK)
     GLBK_ISM_BLOCKS(BLOCK)
@@ -79,7 +81,7 @@ static int write_set(const char *folder, const glbk_part *part, const glbk_file 
         if (is_compute && dialects[i].dialect != GLBK_GLSL_430) continue;
         /* Targets that hold bits are for ES alone. */
         for (bits = 0; bits <= (dialects[i].dialect == GLBK_GLSL_300_ES); bits++) {
-            glbk_shader shader = { NULL, defines, file->name, NULL, { part, glbk_gbuffer_part() } };
+            glbk_shader shader = { NULL, defines, file->name, NULL, { part, glbk_gbuffer_part(), glbk_sfield_part() } };
             size_t size = glbk_write_glsl(dialects[i].dialect, bits, &shader, text, sizeof text);
             if (size == 0 || size > sizeof text) {
                 fprintf(stderr, "glsl: %s: an unknown file in uses, or bad defines: %s\n", file->name, defines);
@@ -114,7 +116,7 @@ static int write_part(const char *folder, const glbk_part *part)
 int main(int argc, char **argv)
 {
     const glbk_part *const parts[] = { glbk__base(), glbk_gbuffer_part(), glbk_csm_part(), glbk_sfield_part(),
-                                       glbk_envsh_part(), glbk_rsm_part(), glbk_ism_part() };
+                                       glbk_envsh_part(), glbk_rsm_part(), glbk_ism_part(), glbk_haar_part() };
     char path[1024];
     size_t i;
 

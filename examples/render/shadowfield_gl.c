@@ -1,7 +1,7 @@
 /* shadowfield_gl.c - the technique shadowfield on OpenGL: fields go up when they change; each frame all points to
    shade, vertices and pixels of flat receivers alike, become pixels of a G-buffer, which gl_shadowfield.h shades. */
 #include "shadowfield_parts.h"
-#include "../../gl_backend/gl_shadowfield.h"
+#include "../../gl_backend/gl_wavelets.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -100,6 +100,11 @@ GLBK__DEF glbk_result glbk__gbuffer_program_with(glbk_context *ctx, const glbk_p
                                                  const char *defines, const char *const texts[2],
                                                  glbk_program *out);
 
+/* The same for a header that stands above another technique's: `under` is the part of that one. */
+GLBK__DEF glbk_result glbk__gbuffer_program_above(glbk_context *ctx, const glbk_part *part,
+                                                  const glbk_part *under, const char *name,
+                                                  const char *defines, glbk_program *out);
+
 /* Copies the locations of attributes with their defaults resolved, and checks that each is at most 15 and
    used once, and that there is a position. function is __func__ of a call whose desc has them. */
 GLBK__DEF glbk_result glbk__take_attributes(const glbk_context *ctx, const char *function,

@@ -460,7 +460,16 @@ GLBK__DEF glbk_result glbk__gbuffer_program_with(glbk_context *ctx, const glbk_p
                                                  const char *defines, const char *const texts[2],
                                                  glbk_program *out)
 {
-    return glbk__program_of_parts(ctx, part, &glbk__gbuffer_reader, name, defines, texts, out);
+    const glbk_part *const others[2] = { &glbk__gbuffer_reader, NULL };
+    return glbk__program_of_parts(ctx, part, others, name, defines, texts, out);
+}
+
+GLBK__DEF glbk_result glbk__gbuffer_program_above(glbk_context *ctx, const glbk_part *part,
+                                                  const glbk_part *under, const char *name,
+                                                  const char *defines, glbk_program *out)
+{
+    const glbk_part *const others[2] = { &glbk__gbuffer_reader, under };
+    return glbk__program_of_parts(ctx, part, others, name, defines, NULL, out);
 }
 
 GLBK__DEF glbk_result glbk__gbuffer_program(glbk_context *ctx, const glbk_part *part, const char *name,

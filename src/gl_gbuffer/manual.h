@@ -3,11 +3,11 @@
    What it does
 
    A G-buffer holds what a camera sees in each pixel: the place, the normals, the material and the entity.
-   gl_csm.h, gl_shadowfield.h, gl_envshadow.h, gl_rsm.h and gl_ism.h light it. It is filled in one of three
-   ways: it is drawn from your vertex arrays, whatever the locations of their attributes; it is uploaded from
-   the CPU; or one pass makes it from textures that your renderer has anyway (glbk_gbuffer_import): depth or
-   places, normals in four packings, colours, gloss, entities. Shaders of your own read it by
-   glbk_read_point() of lib/gbuffer.glsl.
+   gl_csm.h, gl_shadowfield.h, gl_wavelets.h, gl_envshadow.h, gl_rsm.h and gl_ism.h light it. It is filled
+   in one of three ways: it is drawn from your vertex arrays, whatever the locations of their attributes;
+   it is uploaded from the CPU; or one pass makes it from textures that your renderer has anyway
+   (glbk_gbuffer_import): depth or places, normals in four packings, colours, gloss, entities. Shaders of
+   your own read it by glbk_read_point() of lib/gbuffer.glsl.
 
    What it does not do
 

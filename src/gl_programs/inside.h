@@ -38,16 +38,17 @@ GLBK__DEF glbk_offset glbk__offset(const glbk_offset *offset);
 
 /* Compiles and links a program of the library.
    part     has it; NULL = the base
-   other    a second part whose library files it uses, or NULL
+   others   more parts whose library files it uses, NULLs left out; or NULL
    texts    of a user, before the vertex and the fragment shader; NULL, or one of them NULL = none
    name     is that of its last stage: "copy.frag", "csm_query.comp"
    defines  one of its sets, or NULL = none
    Errors   those of glbk_program_compile; GLBK_ERR_NAME where the part has no such file */
 GLBK__DEF glbk_result glbk__program_create(glbk_context *ctx, const glbk_part *part, const char *name,
                                            const char *defines, glbk_program *out);
-GLBK__DEF glbk_result glbk__program_of_parts(glbk_context *ctx, const glbk_part *part, const glbk_part *other,
-                                             const char *name, const char *defines,
-                                             const char *const texts[2], glbk_program *out);
+GLBK__DEF glbk_result glbk__program_of_parts(glbk_context *ctx, const glbk_part *part,
+                                             const glbk_part *const others[2], const char *name,
+                                             const char *defines, const char *const texts[2],
+                                             glbk_program *out);
 
 /* Returns one of the strings that follow the name of a file. */
 enum { GLBK__FILE_USES = 1, GLBK__FILE_WITH, GLBK__FILE_SETS, GLBK__FILE_BLOCK, GLBK__FILE_TEXT };

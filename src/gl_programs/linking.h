@@ -174,9 +174,10 @@ static glbk_result glbk__link(glbk_context *ctx, const glbk__stage *stages, int 
     return result;
 }
 
-GLBK__DEF glbk_result glbk__program_of_parts(glbk_context *ctx, const glbk_part *part, const glbk_part *other,
-                                             const char *name, const char *defines,
-                                             const char *const texts[2], glbk_program *out)
+GLBK__DEF glbk_result glbk__program_of_parts(glbk_context *ctx, const glbk_part *part,
+                                             const glbk_part *const others[2], const char *name,
+                                             const char *defines, const char *const texts[2],
+                                             glbk_program *out)
 {
     static const char function[] = "glbk__program_create";
     glbk__stage stages[2];
@@ -195,7 +196,7 @@ GLBK__DEF glbk_result glbk__program_of_parts(glbk_context *ctx, const glbk_part 
     if (!file) return glbk__refuse(ctx, GLBK_ERR_NAME, function, name, "is no file of the part");
     memset(stages, 0, sizeof stages);
     stages[0].shader.parts[0] = part;
-    stages[0].shader.parts[1] = other;
+    if (others) memcpy(stages[0].shader.parts + 1, others, 2 * sizeof *others);
     stages[0].shader.uses = "";
     stages[0].shader.defines = defines;
     stages[1].shader = stages[0].shader;

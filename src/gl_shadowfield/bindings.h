@@ -12,40 +12,9 @@
     X(usampler2D, glbk_sfield_cube, 5)              /* texels of cubes */                   \
     X(usampler2DArray, glbk_sfield_basis, 6)        /* integrals over texels */
 
-/* Programs of wavelets read what a batch of points wrote before: lists, cubes, T and sums. */
-#define GLBK_SFIELD_HAAR_TEXTURES(X)                                                        \
-    X(usampler2D, glbk_sfield_what, 4)              /* kind, first sample, entity, field */ \
-    X(usampler2D, glbk_sfield_corner, 5)            /* weights of four samples */           \
-    X(usampler2D, glbk_sfield_weight, 6)            /* of two shells and frames */          \
-    X(usampler2D, glbk_sfield_met, 1)               /* distances and ids of a round */      \
-    X(usampler2D, glbk_sfield_cubes, 2)             /* texels of lists' cubes */            \
-    X(usampler2D, glbk_sfield_lower, 12)            /* T after the round before */          \
-    X(usampler2D, glbk_sfield_upper, 13)                                                    \
-    X(usampler2D, glbk_sfield_sums, 14)             /* light of the rounds before */
-
-#ifndef GLBK_SFIELD_WITHOUT_WAVELETS
-/* This block says which points a batch has, and how textures hold them. */
-#define GLBK_SFIELD_BATCH_MEMBERS(X)                                                        \
-    X(uint, left, 1) X(uint, bottom, 1)     /* a rectangle of pixels */                     \
-    X(uint, width, 1)                                                                       \
-    X(uint, count, 1)                       /* points */                                    \
-    X(uint, slots, 1)                       /* places of a list */                          \
-    X(uint, round, 1)                       /* lists of so many places before this one */   \
-    X(uint, last, 1)                        /* not 0: adds the sky and the open share */    \
-    X(uint, own, 1)                         /* not 0: there is self-visibility */           \
-    X(uint, side, 1)                        /* texels a side of a cube's face */            \
-    X(uint, columns, 1)                     /* cubes of a row */                            \
-    X(uint, unused2, 1) X(uint, unused3, 1)
-
-#define GLBK_SFIELD_HAAR_BLOCKS(X) X(glbk_sfield_batch, 4, GLBK_SFIELD_BATCH_MEMBERS)
-#else
-#define GLBK_SFIELD_HAAR_BLOCKS(X)
-#endif
-
 #define GLBK_SFIELD_TEXTURES(X)                                                             \
     GLBK_SFIELD_SCENE_TEXTURES(X)                                                           \
-    GLBK_SFIELD_BUILD_TEXTURES(X)                                                           \
-    GLBK_SFIELD_HAAR_TEXTURES(X)
+    GLBK_SFIELD_BUILD_TEXTURES(X)
 
 /* This block says what the tables hold. */
 #define GLBK_SFIELD_CONTENTS_MEMBERS(X)                                                     \
@@ -92,8 +61,7 @@
     X(glbk_sfield_contents, 0, GLBK_SFIELD_CONTENTS_MEMBERS)                                \
     X(glbk_sfield_frame, 1, GLBK_SFIELD_FRAME_MEMBERS)                                      \
     X(glbk_sfield_object, 2, GLBK_SFIELD_OBJECT_MEMBERS)                                    \
-    GLBK_SFIELD_BUILD_BLOCKS(X)                                                             \
-    GLBK_SFIELD_HAAR_BLOCKS(X)
+    GLBK_SFIELD_BUILD_BLOCKS(X)
 
 #define GLBK_SFIELD_STORAGE(X)
 

@@ -8,8 +8,7 @@ static int glbk__sfield_turns(const float *m, uint32_t bands)
     return bands > 1 && (m[0] < 0 || m[5] < 0 || m[1] != 0 || m[2] != 0 || m[4] != 0 || m[6] != 0);
 }
 
-/* Returns the field as it was uploaded, or NULL for NULL and for other fields. */
-static const glbk_sfield_field *glbk__sfield_find(const glbk_sfield_scene *s, const sfield_field *field)
+GLBK__DEF const glbk_sfield_field *glbk__sfield_find(const glbk_sfield_scene *s, const sfield_field *field)
 {
     glbk_sfield_field key;
     memset(&key, 0, sizeof key);
@@ -128,8 +127,7 @@ static glbk_result glbk__sfield_put_quarter(glbk_context *ctx, const glbk_sfield
     return stage.result;
 }
 
-/* Returns the values of the block that tells shaders what the tables hold. */
-static glbk_sfield_contents glbk__sfield_contents_of(const glbk_sfield_scene *s, int sky)
+GLBK__DEF glbk_sfield_contents glbk__sfield_contents_of(const glbk_sfield_scene *s, int sky)
 {
     glbk_sfield_contents contents;
     memset(&contents, 0, sizeof contents);
@@ -142,8 +140,7 @@ static glbk_sfield_contents glbk__sfield_contents_of(const glbk_sfield_scene *s,
     return contents;
 }
 
-/* Uploads this block. */
-static glbk_result glbk__sfield_tell(glbk_context *ctx, const glbk_sfield_scene *s)
+GLBK__DEF glbk_result glbk__sfield_tell(glbk_context *ctx, const glbk_sfield_scene *s)
 {
     const glbk_sfield_contents contents = glbk__sfield_contents_of(s, s->sky);
     return glbk_buffer_update(ctx, &s->contents, 0, sizeof contents, &contents);

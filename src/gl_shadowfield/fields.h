@@ -1,11 +1,6 @@
 /* ---- sfield: fields: files of shadowfield.h as texels of one table ---- */
 
-enum {
-    GLBK__SFIELD_HEADER = 32,
-    GLBK__SFIELD_STAGE = 1024,          /* texels that go up together */
-    GLBK__SFIELD_ENTITY = 7,            /* texels of an entity */
-    GLBK__SFIELD_KERNELS = 24 * 48 * 6  /* of the table of sfield_sh_brdf */
-};
+enum { GLBK__SFIELD_KERNELS = 24 * 48 * 6 };    /* of the table of sfield_sh_brdf */
 
 static const uint32_t glbk__sfield_none = 0xffffffffu;  /* SFIELD_NONE of the GLSL */
 
@@ -23,9 +18,8 @@ static const char *glbk__sfield_name(glbk_sfield__message *name, const char *arr
     return name->text;
 }
 
-/* Checks that a scene was created. */
-static glbk_result glbk__sfield_check_scene(const glbk_context *ctx, const char *function,
-                                            const glbk_sfield_scene *s)
+GLBK__DEF glbk_result glbk__sfield_check_scene(const glbk_context *ctx, const char *function,
+                                               const glbk_sfield_scene *s)
 {
     if (s && s->table.name) return GLBK_OK;
     return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "scene", s ? "was not created" : "is NULL");
@@ -49,24 +43,6 @@ static uint32_t glbk__sfield_bands(const sfield_algebra *algebra)
     return sfield_sh_rotation(algebra, upright, &rotation) == SFIELD_OK ? rotation.bands : 0;
 }
 
-/* The header of a file of sfield_write, and where the file's parts begin. */
-typedef struct glbk__sfield_view {
-    const uint8_t *bytes;
-    uint32_t kind;
-    uint32_t bands;
-    uint32_t shells;
-    uint32_t side;
-    uint32_t spacing;               /* an sfield_spacing */
-    uint32_t frames;
-    uint32_t loop;
-    uint32_t channels;
-    uint32_t samples;               /* of all frames and shells */
-    uint32_t stride;                /* bytes of a sample */
-    uint32_t cells;                 /* texels of a sample and channel in the table */
-    size_t   scales;                /* where scales and biases begin, bytes */
-    size_t   first;                 /* where samples begin, bytes */
-} glbk__sfield_view;
-
 /* Returns how many texels a rotation has: rows of the blocks from the second band on, each filled up to a
    multiple of four numbers. */
 static uint32_t glbk__sfield_rotation_texels(uint32_t bands)
@@ -81,17 +57,6 @@ static uint32_t glbk__sfield_entity_texels(uint32_t bands)
 {
     return GLBK__SFIELD_ENTITY + glbk__sfield_rotation_texels(bands);
 }
-
-/* A stage holds texels on their way into a table. */
-typedef struct glbk__sfield_stage {
-    glbk_context *ctx;
-    const glbk_texture *table;
-    uint32_t *words;
-    size_t    at;                   /* where in the table the first of them goes */
-    size_t    count;                /* texels that wait in words */
-    size_t    room;
-    glbk_result result;             /* of the first upload that failed */
-} glbk__sfield_stage;
 
 /* Returns the little-endian number at p; glbk__sfield_float returns a float. */
 static uint32_t glbk__sfield_word(const uint8_t *p)
@@ -117,8 +82,7 @@ static uint64_t glbk__sfield_texels_of(const sfield_info *info)
     return 3 + info->shell_count + (groups * 8 + info->sample_count) * channels * cells;
 }
 
-/* Reads the header of a file. */
-static void glbk__sfield_read(const uint8_t *bytes, glbk__sfield_view *v)
+GLBK__DEF void glbk__sfield_read(const uint8_t *bytes, glbk__sfield_view *v)
 {
     size_t groups;
     v->bytes = bytes;
@@ -138,8 +102,7 @@ static void glbk__sfield_read(const uint8_t *bytes, glbk__sfield_view *v)
     v->first = v->scales + 8 * groups * v->stride;
 }
 
-/* Uploads the texels that wait. */
-static void glbk__sfield_flush(glbk__sfield_stage *s)
+GLBK__DEF void glbk__sfield_flush(glbk__sfield_stage *s)
 {
     if (s->count && s->result == GLBK_OK)
         s->result = glbk__table_update(s->ctx, s->table, s->at, s->count, s->words);
@@ -147,8 +110,7 @@ static void glbk__sfield_flush(glbk__sfield_stage *s)
     s->count = 0;
 }
 
-/* Returns the words of the next texel, zeroed. */
-static uint32_t *glbk__sfield_texel(glbk__sfield_stage *s)
+GLBK__DEF uint32_t *glbk__sfield_texel(glbk__sfield_stage *s)
 {
     if (s->count == s->room) glbk__sfield_flush(s);
     return (uint32_t *)memset(s->words + 4 * s->count++, 0, 16);
@@ -164,8 +126,7 @@ static void glbk__sfield_put_floats(glbk__sfield_stage *s, const glbk__sfield_vi
     }
 }
 
-/* Returns the measure of a distance, as sfield_measure of lib/sfield_field.glsl does. */
-static float glbk__sfield_measure(float d2, int source, int uniform)
+GLBK__DEF float glbk__sfield_measure(float d2, int source, int uniform)
 {
     float inverse = 1 / d2, u = inverse < 1 ? inverse : 1;
     if (uniform) return -sqrtf(d2);
@@ -283,10 +244,9 @@ static const char *glbk__sfield_refuse(const sfield_info *info, uint32_t bands, 
     return info->shard_end ? "is a shard: sfield_merge first" : NULL;
 }
 
-/* Checks what descs of scenes of either basis have. */
-static glbk_result glbk__sfield_check_lists(const glbk_context *ctx, const char *function,
-                                            const sfield_field *const *fields, size_t field_count,
-                                            uint32_t entity_capacity, float reach)
+GLBK__DEF glbk_result glbk__sfield_check_lists(const glbk_context *ctx, const char *function,
+                                               const sfield_field *const *fields, size_t field_count,
+                                               uint32_t entity_capacity, float reach)
 {
     if (field_count && !fields) return glbk__refuse(ctx, GLBK_ERR_DESC, function, "desc.fields", "is NULL");
     if (!entity_capacity || entity_capacity > 65535)
@@ -321,8 +281,7 @@ static glbk_result glbk__sfield_check(const glbk_context *ctx, const char *funct
     return GLBK_OK;
 }
 
-/* Compares two fields by their pointers. */
-static int glbk__sfield_by_pointer(const void *a, const void *b)
+GLBK__DEF int glbk__sfield_by_pointer(const void *a, const void *b)
 {
     const uintptr_t x = (uintptr_t)((const glbk_sfield_field *)a)->field;
     const uintptr_t y = (uintptr_t)((const glbk_sfield_field *)b)->field;

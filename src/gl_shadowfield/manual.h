@@ -12,8 +12,7 @@
      gl_gbuffer.h, which has what a camera sees; and shadowfield.h above it, whose fields and entities it
      takes and whose functions it calls. The implementations of all of them belong into some file of the
      program.
-   - Wavelets have light without gloss, and no shader of yours can call them: their passes shade batches of
-     points (glbk_sfield_haar_shade).
+   - Fields of wavelets are lit by gl_wavelets.h, which stands above this header: scenes here have harmonics.
    - It has no resolve: light is a texture that your lighting pass multiplies by the surface's colour.
 
    Quick start
@@ -128,9 +127,7 @@
      section 3.3  eight samples of shells         sfield_locate            sfield_query           T74 T75
      section 3.3  16 coefficients of 8 bits       sfield_fetch             sfield_query           T74
      section 4    B, the rendering equation       glbk_sfield_shade        sfield_shade           T73
-     section 3.3  wavelets, cut                   glbk_sfield_haar_upload  sfield_query           wavelets
      section 4.1  triple products                 sfield_product           sfield_sh_product      T5 T6
-     section 4.1  products of wavelets            glbk_sfield_haar_shade   sfield_haar_product    wavelets
      section 4.1  the double product              sfield_dot               sfield_sh_dot          -
      section 4.1  the BRDF at the beginning       sfield_kernel            sfield_sh_brdf         -
      section 4.1  rotations                       sfield_rotate            sfield_sh_rotate       T9 T76

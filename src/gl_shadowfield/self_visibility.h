@@ -1,7 +1,6 @@
 /* ---- sfield: self-visibility: drawn or uploaded, pixel by pixel ---- */
 
-/* Writes zeros to the first layer of a texture of self-visibility: nothing is recorded. */
-static glbk_result glbk__sfield_blank(glbk_context *ctx, const glbk_texture *self)
+GLBK__DEF glbk_result glbk__sfield_blank(glbk_context *ctx, const glbk_texture *self)
 {
     const glbk_sfield__allocator memory = glbk_sfield__memory(ctx);
     void *zeros = glbk_sfield__alloc_array(&memory, self->width, 16);
@@ -54,9 +53,8 @@ static glbk_result glbk__sfield_check_self(const glbk_context *ctx, const char *
     return GLBK_OK;
 }
 
-/* Checks that a G-buffer has the size of a renderer. */
-static glbk_result glbk__sfield_check_gbuffer(const glbk_context *ctx, const char *function, uint32_t width,
-                                              uint32_t height, const glbk_gbuffer *g)
+GLBK__DEF glbk_result glbk__sfield_check_gbuffer(const glbk_context *ctx, const char *function,
+                                                 uint32_t width, uint32_t height, const glbk_gbuffer *g)
 {
     if (!g || !g->words[0].name)
         return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "gbuffer", g ? "was not created" : "is NULL");
@@ -69,9 +67,8 @@ static glbk_result glbk__sfield_check_gbuffer(const glbk_context *ctx, const cha
     return GLBK_OK;
 }
 
-/* Checks that some rows of a picture are there. */
-static glbk_result glbk__sfield_check_rows(const glbk_context *ctx, const char *function, uint32_t height,
-                                           uint32_t row, uint32_t row_count)
+GLBK__DEF glbk_result glbk__sfield_check_rows(const glbk_context *ctx, const char *function, uint32_t height,
+                                              uint32_t row, uint32_t row_count)
 {
     if (row >= height) return glbk__refuse_range(ctx, GLBK_ERR_ARGUMENT, function, "row", row, 0, height - 1);
     if (row_count && row_count <= height - row) return GLBK_OK;

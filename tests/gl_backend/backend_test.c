@@ -11,7 +11,7 @@
 #define GL_BACKEND_IMPLEMENTATION
 #define GL_PROGRAMS_IMPLEMENTATION
 #include "gl_backend/gl_csm.h"
-#include "gl_backend/gl_shadowfield.h"
+#include "gl_backend/gl_wavelets.h"
 #include "gl_backend/gl_envshadow.h"
 #include "gl_backend/gl_rsm.h"
 #include "gl_backend/gl_ism.h"
@@ -20,11 +20,11 @@
 
 static const glbk_part *part_at(uint32_t i)
 {
-    const glbk_part *const parts[6] = { glbk__base(), glbk_csm_part(), glbk_sfield_part(), glbk_envsh_part(),
-                                        glbk_rsm_part(), glbk_ism_part() };
+    const glbk_part *const parts[7] = { glbk__base(), glbk_csm_part(), glbk_sfield_part(), glbk_envsh_part(),
+                                        glbk_rsm_part(), glbk_ism_part(), glbk_haar_part() };
     return parts[i];
 }
-enum { PART_COUNT = 6 };
+enum { PART_COUNT = 7 };
 
 static uint32_t hash(uint32_t x)
 {
@@ -95,9 +95,10 @@ static uint32_t link_programs(gl_test *t, const glbk_part *part)
             glbk_program program;
             glbk_result result;
             snprintf(defines, sizeof defines, "%.*s", (int)strcspn(s, "|"), s);
-            /* Those of the techniques read the G-buffer by files of gl_gbuffer.h's part. */
+            /* Those of the techniques read the G-buffer by files of gl_gbuffer.h's part, wavelets the tables of
+               gl_shadowfield.h. */
             if (part == glbk__base()) result = glbk__program_create(&t->gl, part, name, defines, &program);
-            else result = glbk__gbuffer_program(&t->gl, part, name, defines, &program);
+            else result = glbk__gbuffer_program_above(&t->gl, part, glbk__sfield_reader(), name, defines, &program);
             assert_glbk(t, result);
             glbk_program_use(&t->gl, &program);
             t->gl.gl.UseProgram(0);

@@ -11,7 +11,7 @@
 #include <cmocka.h>
 
 #include "gl_backend/gl_csm.h"
-#include "gl_backend/gl_shadowfield.h"
+#include "gl_backend/gl_wavelets.h"
 #include "gl_backend/gl_envshadow.h"
 #include "gl_backend/gl_rsm.h"
 #include "gl_backend/gl_ism.h"

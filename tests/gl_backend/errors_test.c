@@ -17,15 +17,15 @@
 #include "gl_backend/gl_envshadow.h"
 #include "gl_backend/gl_rsm.h"
 #include "gl_backend/gl_ism.h"
-#include "gl_backend/gl_shadowfield.h"
+#include "gl_backend/gl_wavelets.h"
 
 #include "gl_test.h"
 
-enum { BASE, PROGRAMS, GBUFFER, CSM, ENVSHADOW, RSM, ISM, SHADOWFIELD, HEADERS };
+enum { BASE, PROGRAMS, GBUFFER, CSM, ENVSHADOW, RSM, ISM, SHADOWFIELD, WAVELETS, HEADERS };
 enum { SIDE = 4 };
 
 static const char *const names[HEADERS] = { "gl_backend", "gl_programs", "gl_gbuffer", "gl_csm", "gl_envshadow",
-                                            "gl_rsm",     "gl_ism",      "gl_shadowfield" };
+                                            "gl_rsm",     "gl_ism",      "gl_shadowfield", "gl_wavelets" };
 
 typedef glbk_result (*faulty_call)(void);
 
@@ -59,7 +59,8 @@ static glbk_envsh_maps   envsh;
 static glbk_rsm_renderer rsm;
 static glbk_ism_maps     ism;
 static glbk_ism_renderer ism_renderer;
-static glbk_sfield_scene sfield;
+static glbk_sfield_scene sfield, trees;
+static glbk_sfield_haar  haar;
 
 static glbk_rsm_renderer_desc small_rsm(void)
 {
@@ -98,6 +99,23 @@ static glbk_sfield_scene_desc small_sfield(void)
     return d;
 }
 
+static glbk_sfield_haar_desc small_haar(void)
+{
+    glbk_sfield_haar_desc d;
+    memset(&d, 0, sizeof d);
+    d.width = d.height = d.cube_side = SIDE;
+    return d;
+}
+
+static glbk_sfield_haar_scene_desc small_trees(void)
+{
+    glbk_sfield_haar_scene_desc d;
+    memset(&d, 0, sizeof d);
+    d.cube_side = SIDE;
+    d.entity_capacity = 1;
+    return d;
+}
+
 static void make_objects(gl_test *t)
 {
     const glbk_gbuffer_desc g = { SIDE, SIDE, { 0, 0, 0, 0, NULL, NULL }, NULL };
@@ -106,6 +124,8 @@ static void make_objects(gl_test *t)
     const glbk_rsm_renderer_desc r = small_rsm();
     const glbk_envsh_maps_desc e = small_envsh();
     const ism_desc i = small_ism();
+    const glbk_sfield_haar_scene_desc w = small_trees();
+    const glbk_sfield_haar_desc h = small_haar();
     glbk_sfield_scene_desc s;
     gl = &t->gl;
     assert_int_equal(sfield_algebra_create(2, NULL, &algebra), SFIELD_OK);
@@ -119,6 +139,8 @@ static void make_objects(gl_test *t)
     assert_glbk(t, glbk_ism_maps_create(gl, &i, &ism));
     assert_glbk(t, glbk_ism_renderer_create(gl, &(glbk_ism_renderer_desc){ SIDE, SIDE }, &ism_renderer));
     assert_glbk(t, glbk_sfield_scene_create(gl, &s, &sfield));
+    assert_glbk(t, glbk_sfield_haar_upload(gl, &w, &trees));
+    assert_glbk(t, glbk_sfield_haar_create(gl, &h, &haar));
 }
 
 static void free_objects(void)
@@ -132,6 +154,8 @@ static void free_objects(void)
     glbk_ism_maps_free(gl, &ism);
     glbk_ism_renderer_free(gl, &ism_renderer);
     glbk_sfield_scene_free(gl, &sfield);
+    glbk_sfield_scene_free(gl, &trees);
+    glbk_sfield_haar_free(gl, &haar);
     sfield_algebra_free(algebra);
 }
 
@@ -206,10 +230,18 @@ static glbk_result width_of_shadowfield(void)
     return glbk_sfield_renderer_create(gl, &d, &made);
 }
 
+static glbk_result width_of_wavelets(void)
+{
+    glbk_sfield_haar_desc d = small_haar();
+    glbk_sfield_haar made;
+    d.width = width;
+    return glbk_sfield_haar_create(gl, &d, &made);
+}
+
 static const faulty_call widths[HEADERS] = {
     [BASE] = width_of_base, [PROGRAMS] = none, [GBUFFER] = width_of_gbuffer, [CSM] = width_of_csm,
     [ENVSHADOW] = width_of_envshadow, [RSM] = width_of_rsm, [ISM] = width_of_ism,
-    [SHADOWFIELD] = width_of_shadowfield,
+    [SHADOWFIELD] = width_of_shadowfield, [WAVELETS] = width_of_wavelets,
 };
 
 static void a_width_above_that_of_the_context_is_a_limit_in_every_header(void **state)
@@ -239,6 +271,8 @@ static glbk_result null_of_rsm(void) { return glbk_rsm_map_create(gl, NULL, 4, &
 static glbk_result null_of_ism(void) { return glbk_ism_read(gl, &ism_renderer, NULL); }
 static glbk_result null_of_shadowfield(void) { return glbk_sfield_scene_entities(gl, &sfield, NULL, 1); }
 
+static glbk_result null_of_wavelets(void) { return glbk_sfield_haar_shade(gl, &haar, NULL, &trees, 0); }
+
 static glbk_result null_of_programs(void)
 {
     glbk_program made;
@@ -253,7 +287,7 @@ static glbk_result null_of_gbuffer(void)
 
 RULE(a_pointer_that_is_missing_is_an_argument_in_every_header, GLBK_ERR_ARGUMENT, [BASE] = null_of_base,
      [PROGRAMS] = null_of_programs, [GBUFFER] = null_of_gbuffer, [CSM] = null_of_csm, [ENVSHADOW] = null_of_envshadow,
-     [RSM] = null_of_rsm, [ISM] = null_of_ism, [SHADOWFIELD] = null_of_shadowfield)
+     [RSM] = null_of_rsm, [ISM] = null_of_ism, [SHADOWFIELD] = null_of_shadowfield, [WAVELETS] = null_of_wavelets)
 
 static glbk_result unmade_of_base(void) { return glbk_buffer_update(gl, &(glbk_buffer){ 0 }, 0, 0, ""); }
 static glbk_result unmade_of_programs(void) { return glbk_dispatch(gl, &(glbk_program){ 0 }, 1, 1, 1); }
@@ -264,10 +298,15 @@ static glbk_result unmade_of_rsm(void) { return glbk_rsm_tables_upload(gl, &(glb
 static glbk_result unmade_of_ism(void) { return glbk_ism_draw(gl, &(glbk_ism_maps){ 0 }, 0); }
 static glbk_result unmade_of_shadowfield(void) { return glbk_sfield_scene_sky(gl, &(glbk_sfield_scene){ 0 }, NULL); }
 
+static glbk_result unmade_of_wavelets(void)
+{
+    return glbk_sfield_haar_shade(gl, &(glbk_sfield_haar){ 0 }, &seen, &trees, 0);
+}
+
 RULE(an_object_that_was_not_created_is_an_argument_in_every_header, GLBK_ERR_ARGUMENT, [BASE] = unmade_of_base,
      [PROGRAMS] = unmade_of_programs, [GBUFFER] = unmade_of_gbuffer, [CSM] = unmade_of_csm,
      [ENVSHADOW] = unmade_of_envshadow, [RSM] = unmade_of_rsm, [ISM] = unmade_of_ism,
-     [SHADOWFIELD] = unmade_of_shadowfield)
+     [SHADOWFIELD] = unmade_of_shadowfield, [WAVELETS] = unmade_of_wavelets)
 
 static glbk_result number_of_base(void) { return glbk_buffer_create(gl, 0, NULL, &(glbk_buffer){ 0 }); }
 static glbk_result number_of_csm(void) { return glbk_csm_asker_create(gl, 0, &(glbk_csm_asker){ 0 }); }
@@ -296,7 +335,7 @@ static glbk_result number_of_ism(void)
 
 RULE(a_number_out_of_range_is_an_argument_in_every_header, GLBK_ERR_ARGUMENT, [BASE] = number_of_base,
      [PROGRAMS] = none, [GBUFFER] = number_of_gbuffer, [CSM] = number_of_csm, [ENVSHADOW] = none,
-     [RSM] = number_of_rsm, [ISM] = number_of_ism, [SHADOWFIELD] = none)
+     [RSM] = number_of_rsm, [ISM] = number_of_ism, [SHADOWFIELD] = none, [WAVELETS] = none)
 
 /* ---- descs ---- */
 
@@ -357,9 +396,17 @@ static glbk_result field_of_shadowfield(void)
     return glbk_sfield_scene_create(gl, &d, &made);
 }
 
+static glbk_result field_of_wavelets(void)
+{
+    glbk_sfield_haar_scene_desc d = small_trees();
+    glbk_sfield_scene made;
+    d.cube_side = 5;
+    return glbk_sfield_haar_upload(gl, &d, &made);
+}
+
 RULE(a_field_out_of_range_is_a_desc_in_every_header, GLBK_ERR_DESC, [BASE] = field_of_base, [PROGRAMS] = none,
      [GBUFFER] = field_of_gbuffer, [CSM] = field_of_csm, [ENVSHADOW] = field_of_envshadow, [RSM] = field_of_rsm,
-     [ISM] = field_of_ism, [SHADOWFIELD] = field_of_shadowfield)
+     [ISM] = field_of_ism, [SHADOWFIELD] = field_of_shadowfield, [WAVELETS] = field_of_wavelets)
 
 static glbk_result pointer_of_base(void)
 {
@@ -410,9 +457,18 @@ static glbk_result pointer_of_shadowfield(void)
     return glbk_sfield_scene_create(gl, &d, &made);
 }
 
+static glbk_result pointer_of_wavelets(void)
+{
+    glbk_sfield_haar_scene_desc d = small_trees();
+    glbk_sfield_scene made;
+    d.field_count = 1;
+    return glbk_sfield_haar_upload(gl, &d, &made);
+}
+
 RULE(a_pointer_missing_in_a_desc_is_a_desc_in_every_header, GLBK_ERR_DESC, [BASE] = pointer_of_base,
      [PROGRAMS] = pointer_of_programs, [GBUFFER] = pointer_of_gbuffer, [CSM] = pointer_of_csm,
-     [ENVSHADOW] = none, [RSM] = pointer_of_rsm, [ISM] = none, [SHADOWFIELD] = pointer_of_shadowfield)
+     [ENVSHADOW] = none, [RSM] = pointer_of_rsm, [ISM] = none, [SHADOWFIELD] = pointer_of_shadowfield,
+     [WAVELETS] = pointer_of_wavelets)
 
 static void *no_memory(size_t bytes, void *user)
 {
@@ -482,7 +538,7 @@ static glbk_result mesh_of_shadowfield(void)
 
 static const faulty_call mesh_calls[HEADERS] = {
     [BASE] = none, [PROGRAMS] = none, [GBUFFER] = none, [CSM] = mesh_of_csm, [ENVSHADOW] = none, [RSM] = none,
-    [ISM] = mesh_of_ism, [SHADOWFIELD] = mesh_of_shadowfield,
+    [ISM] = mesh_of_ism, [SHADOWFIELD] = mesh_of_shadowfield, [WAVELETS] = none,
 };
 
 #define EVERY_MESH(code, change)        \
@@ -551,9 +607,17 @@ static glbk_result value_of_shadowfield(void)
     return glbk_sfield_scene_entities(gl, &sfield, &e, 1);
 }
 
+static glbk_result value_of_wavelets(void)
+{
+    sfield_entity e;
+    memset(&e, 0, sizeof e);
+    e.time = INFINITY;
+    return glbk_sfield_scene_entities(gl, &trees, &e, 1);
+}
+
 RULE(a_value_of_the_callers_data_is_input_in_every_header, GLBK_ERR_INPUT, [BASE] = none, [PROGRAMS] = none,
      [GBUFFER] = value_of_gbuffer, [CSM] = value_of_csm, [ENVSHADOW] = none, [RSM] = value_of_rsm,
-     [ISM] = value_of_ism, [SHADOWFIELD] = value_of_shadowfield)
+     [ISM] = value_of_ism, [SHADOWFIELD] = value_of_shadowfield, [WAVELETS] = value_of_wavelets)
 
 /* ---- too much, too early, not together ---- */
 
@@ -598,9 +662,15 @@ static glbk_result limit_of_shadowfield(void)
     return glbk_sfield_scene_entities(gl, &sfield, two, 2);
 }
 
+static glbk_result limit_of_wavelets(void)
+{
+    static const sfield_entity two[2];
+    return glbk_sfield_scene_entities(gl, &trees, two, 2);
+}
+
 RULE(more_than_there_is_room_for_is_a_limit_in_every_header, GLBK_ERR_LIMIT, [BASE] = none, [PROGRAMS] = none,
      [GBUFFER] = none, [CSM] = limit_of_csm, [ENVSHADOW] = limit_of_envshadow, [RSM] = limit_of_rsm,
-     [ISM] = limit_of_ism, [SHADOWFIELD] = limit_of_shadowfield)
+     [ISM] = limit_of_ism, [SHADOWFIELD] = limit_of_shadowfield, [WAVELETS] = limit_of_wavelets)
 
 static float picture[4 * SIDE * SIDE];
 
@@ -611,7 +681,7 @@ static glbk_result order_of_ism(void) { return glbk_ism_mesh_move(gl, &ism, corn
 
 RULE(a_call_that_comes_too_early_is_an_order_in_every_header, GLBK_ERR_ORDER, [BASE] = none, [PROGRAMS] = none,
      [GBUFFER] = order_of_gbuffer, [CSM] = order_of_csm, [ENVSHADOW] = none, [RSM] = order_of_rsm,
-     [ISM] = order_of_ism, [SHADOWFIELD] = none)
+     [ISM] = order_of_ism, [SHADOWFIELD] = none, [WAVELETS] = none)
 
 static glbk_result mismatch_of_ism(void) { return glbk_ism_shade(gl, &ism_renderer, &small, &ism, NULL, 0); }
 static glbk_result mismatch_of_rsm(void) { return glbk_rsm_denoise(gl, &rsm, &seen, NULL, NULL); }
@@ -660,9 +730,12 @@ static glbk_result mismatch_of_shadowfield(void)
     return result;
 }
 
+static glbk_result mismatch_of_wavelets(void) { return glbk_sfield_haar_shade(gl, &haar, &small, &trees, 0); }
+
 RULE(what_does_not_belong_together_is_a_mismatch_in_every_header, GLBK_ERR_MISMATCH, [BASE] = mismatch_of_base,
      [PROGRAMS] = none, [GBUFFER] = mismatch_of_gbuffer, [CSM] = mismatch_of_csm, [ENVSHADOW] = mismatch_of_envshadow,
-     [RSM] = mismatch_of_rsm, [ISM] = mismatch_of_ism, [SHADOWFIELD] = mismatch_of_shadowfield)
+     [RSM] = mismatch_of_rsm, [ISM] = mismatch_of_ism, [SHADOWFIELD] = mismatch_of_shadowfield,
+     [WAVELETS] = mismatch_of_wavelets)
 
 int main(int count, char **values)
 {

@@ -55,12 +55,14 @@ call() {
     if [ -n "$units" ]; then echo "${units}_part() != NULL"; else echo "$(prefix "$1")_result_text(($(prefix "$1")_result)0) != NULL"; fi
 }
 # Whose implementations a header wants in some file, its own or another one: every gl_*.h that of gl_backend.h, and all but
-# gl_programs.h that of gl_programs.h; those of techniques that of gl_gbuffer.h, and gl_shadowfield.h that of shadowfield.h.
+# gl_programs.h that of gl_programs.h; those of techniques that of gl_gbuffer.h, gl_shadowfield.h that of shadowfield.h,
+# and gl_wavelets.h those of both.
 under() {
     case $1 in gl_backend/gl_backend) ;; gl_backend/*) echo gl_backend/gl_backend ;; esac
     case $1 in gl_backend/gl_backend | gl_backend/gl_programs) ;; gl_backend/*) echo gl_backend/gl_programs ;; esac
     case $1 in gl_backend/gl_csm | gl_backend/gl_envshadow | gl_backend/gl_rsm | gl_backend/gl_ism) echo gl_backend/gl_gbuffer ;; esac
-    case $1 in gl_backend/gl_shadowfield) echo gl_backend/gl_gbuffer shadowfield ;; esac
+    case $1 in gl_backend/gl_shadowfield | gl_backend/gl_wavelets) echo gl_backend/gl_gbuffer shadowfield ;; esac
+    case $1 in gl_backend/gl_wavelets) echo gl_backend/gl_shadowfield ;; esac
 }
 implement() { for u in $(under "$1") "$1"; do printf '#define %s_IMPLEMENTATION\n' "$(macro "$u")"; done; }
 static() { for u in $(under "$1") "$1"; do macro "$(prefix "$u")"; done | sort -u | sed 's/.*/#define &_STATIC/'; }

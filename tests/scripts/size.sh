@@ -2,7 +2,8 @@
 # size HEADER... - what a program carries that needs only one technique on the GPU: every public function of one gl_*.h, of
 # gl_backend.h and gl_programs.h, their GLSL included, is linked with the implementations of all headers by -Os and
 # --gc-sections, and stripped. The difference to an empty program must stay below 150,000 bytes, with what the header calls
-# of its technique's, and of gl_gbuffer.h (which has a line of its own with all that it can). The linker is told the names
+# of its technique's, and of gl_gbuffer.h and, for gl_wavelets.h, of gl_shadowfield.h (which have lines of their own with all
+# that they can). The linker is told the names
 # (-u) in place of a program that has their addresses, since a table of these takes 32 bytes a name, which no header does.
 CC=${CC:-gcc}
 limit=150000
@@ -34,12 +35,13 @@ done
 for header in "$@"; do
     case $header in gl_backend/gl_backend.h) continue ;; gl_backend/*) ;; *) continue ;; esac
     # shellcheck disable=SC2046
-    names=$(sed -n 's/^GLBK_DEF [^(]*[ *]\(glbk_[a-z0-9_]*\)(.*/\1/p' $(below "$header" | grep -v gl_gbuffer) "$header" |
+    names=$(sed -n 's/^GLBK_DEF [^(]*[ *]\(glbk_[a-z0-9_]*\)(.*/\1/p' $(below "$header" | grep -v 'gl_gbuffer\|gl_shadowfield') "$header" |
         grep -v __ | sort -u | sed 's/^/-Wl,-u,/')
     # shellcheck disable=SC2086
     echo 'int main(void) { return 0; }' | $CC -x c - -x none $objects $names -Wl,--gc-sections -lm -o "$dir/program" || exit 1
     # Of other techniques nothing is left: no symbol, no GLSL; of this one every function is there.
     wanted=$(sed -n 's/^units //p' $(grep -lx "header $header" src/*/parts.txt))
+    case $header in gl_backend/gl_wavelets.h) wanted=glbk_sfield ;; esac
     strange=$(nm "$dir/program" | sed -n 's/.* \(glbk__\{0,1\}[a-z]*_\).*/\1/p' | sort -u |
         grep -x 'glbk__\{0,1\}\(csm\|sfield\|envsh\|rsm\|ism\)_' | grep -vx "glbk__\{0,1\}${wanted#glbk_}_")
     missing=$(nm "$dir/program" | sed -n 's/.* T /-Wl,-u,/p' > "$dir/linked"; echo "$names" | grep -vxF -f "$dir/linked")

@@ -11,7 +11,7 @@
 
 #include <cmocka.h>
 
-#include "gl_backend/gl_shadowfield.h"
+#include "gl_backend/gl_wavelets.h"
 
 #include "gl_test.h"
 #include "gl_wrong.h"

@@ -13,7 +13,7 @@
 
 #include <cmocka.h>
 
-#include "gl_backend/gl_shadowfield.h"
+#include "gl_backend/gl_wavelets.h"
 
 #define CONFORM_BACKEND "gl"
 #include "conformance.h"

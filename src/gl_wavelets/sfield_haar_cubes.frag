@@ -41,7 +41,7 @@ bool sfield_below(uint point, uint entity, uint face, uvec2 at)
     glbk_point p;
     bool seen = glbk_read_point(sfield_pixel(point), p);
     bool turned = sfield_is_turned(entity);
-    float side = float(glbk_sfield_batch.side), margin = (turned ? 8.0 : 2.0) / side;
+    float side = float(glbk_haar_batch.side), margin = (turned ? 8.0 : 2.0) / side;
     vec3 n = p.normal;
     if (turned) n = sfield_turn(entity, n);
     return !seen || dot(normalize(sfield_from_face(face, (4.0 * vec2(at) + 2.0) / side - 1.0)), n) < -margin;
@@ -49,18 +49,18 @@ bool sfield_below(uint point, uint entity, uint face, uvec2 at)
 
 void main()
 {
-    uint half_side = glbk_sfield_batch.side / 2u, levels = 0u;
+    uint half_side = glbk_haar_batch.side / 2u, levels = 0u;
     uvec2 at = uvec2(gl_FragCoord.xy), cell = at / uvec2(6u * half_side, half_side);
-    uint cube = cell.y * glbk_sfield_batch.columns + cell.x, face = at.x / half_side % 6u;
-    uint point = cube / glbk_sfield_batch.slots;
+    uint cube = cell.y * glbk_haar_batch.columns + cell.x, face = at.x / half_side % 6u;
+    uint point = cube / glbk_haar_batch.slots;
     vec4 sum = vec4(0.0);
     quad = uvec4(0u);
-    if (point >= glbk_sfield_batch.count || cell.x >= glbk_sfield_batch.columns) return;
-    ivec2 place = ivec2(cube % glbk_sfield_batch.slots, point);
-    uvec4 what = texelFetch(glbk_sfield_what, place, 0), weight = texelFetch(glbk_sfield_weight, place, 0);
-    vec4 corner = uintBitsToFloat(texelFetch(glbk_sfield_corner, place, 0)), shells = uintBitsToFloat(weight);
+    if (point >= glbk_haar_batch.count || cell.x >= glbk_haar_batch.columns) return;
+    ivec2 place = ivec2(cube % glbk_haar_batch.slots, point);
+    uvec4 what = texelFetch(glbk_haar_what, place, 0), weight = texelFetch(glbk_haar_weight, place, 0);
+    vec4 corner = uintBitsToFloat(texelFetch(glbk_haar_corner, place, 0)), shells = uintBitsToFloat(weight);
     if (what.x == SFIELD_EMPTY || sfield_below(point, what.z, face, at % half_side)) return;
-    while (1u << levels < glbk_sfield_batch.side) levels++;
+    while (1u << levels < glbk_haar_batch.side) levels++;
     at %= half_side;
     if (what.x == SFIELD_OWN) {
         quad = floatBitsToUint(sfield_descend(what.y + face, 1u, 0u, at, levels));

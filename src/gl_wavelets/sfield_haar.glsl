@@ -3,7 +3,7 @@
 // A function of direction has side x side texels on each of six faces. Each sample of a field has a tree for
 // each face (docs/gpu-layouts.md): a node has the values of its square's quarters, and leads to nodes of
 // those quarters that are not of one value. So a tree has the squares in which wavelets lie, and no others.
-// uses: table sfield_bindings
+// uses: table sfield_bindings sfield_contents haar_bindings
 #define SFIELD_TEXEL(i) texelFetch(glbk_sfield_table, glbk_table_at(i), 0)
 #define SFIELD_MOVING(i) texelFetch(glbk_sfield_moving, glbk_table_at(i), 0)
 #define SFIELD_EMPTY 0u             // kinds of what stands at a place of a point's list
@@ -35,8 +35,8 @@ bool sfield_is_turned(uint entity)
 // Returns the pixel of a point of the batch, which is a rectangle of pixels.
 ivec2 sfield_pixel(uint point)
 {
-    return ivec2(glbk_sfield_batch.left + point % glbk_sfield_batch.width,
-                 glbk_sfield_batch.bottom + point / glbk_sfield_batch.width);
+    return ivec2(glbk_haar_batch.left + point % glbk_haar_batch.width,
+                 glbk_haar_batch.bottom + point / glbk_haar_batch.width);
 }
 
 // Returns where a square of a cube stands in a texture of so many cubes in a row. size: squares of a face, in
@@ -56,4 +56,4 @@ vec3 sfield_from_face(uint face, vec2 st)
 }
 
 // Returns the middle of a texel of a face, which may lie past the face's edge.
-vec2 sfield_middle(ivec2 texel) { return (2.0 * vec2(texel) + 1.0) / float(glbk_sfield_batch.side) - 1.0; }
+vec2 sfield_middle(ivec2 texel) { return (2.0 * vec2(texel) + 1.0) / float(glbk_haar_batch.side) - 1.0; }

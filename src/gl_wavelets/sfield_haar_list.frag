@@ -92,15 +92,15 @@ void main()
     ivec2 at = sfield_pixel(point);
     float d2 = -1.0;
     glbk_point p;
-    bool seen = glbk_read_point(at, p), first = glbk_sfield_batch.round == 0u;
+    bool seen = glbk_read_point(at, p), first = glbk_haar_batch.round == 0u;
     what = corner = weight = uvec4(0u);
     met = uvec4(0u, SFIELD_NONE, 0u, 0u);
     if (!first) {
-        uvec4 last = texelFetch(glbk_sfield_met, ivec2(glbk_sfield_batch.slots - 1u, point), 0);
+        uvec4 last = texelFetch(glbk_haar_met, ivec2(glbk_haar_batch.slots - 1u, point), 0);
         d2 = uintBitsToFloat(last.x);
         id = last.y;
     }
-    if (first && glbk_sfield_batch.own != 0u) root = texelFetch(glbk_sfield_self, ivec3(at, 0), 0).x;
+    if (first && glbk_haar_batch.own != 0u) root = texelFetch(glbk_sfield_self, ivec3(at, 0), 0).x;
     if (!seen || id == SFIELD_NONE) return;
     if (root != 0u && rest == 0u) {
         bool turns = p.entity - 1u < glbk_sfield_contents.entity_count;

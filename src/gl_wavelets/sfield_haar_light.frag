@@ -21,14 +21,14 @@ uint sfield_to_face(vec3 d, out vec2 st)
 // Returns one texel of a cube. Past an edge of the face it is that of the next face in that direction.
 float sfield_tap(uint cube, uint face, ivec2 texel)
 {
-    int side = int(glbk_sfield_batch.side);
+    int side = int(glbk_haar_batch.side);
     if (any(lessThan(texel, ivec2(0))) || any(greaterThanEqual(texel, ivec2(side)))) {
         vec2 st;
         face = sfield_to_face(sfield_from_face(face, sfield_middle(texel)), st);
         texel = clamp(ivec2((st + 1.0) * (0.5 * float(side))), ivec2(0), ivec2(side - 1));
     }
     uvec2 half_side = uvec2(side / 2);
-    uvec4 quad = texelFetch(glbk_sfield_cubes, sfield_square(cube, glbk_sfield_batch.columns, face,
+    uvec4 quad = texelFetch(glbk_haar_cubes, sfield_square(cube, glbk_haar_batch.columns, face,
                                                              uvec2(texel) / 2u, half_side), 0);
     bool right = (texel.x & 1) != 0, up = (texel.y & 1) != 0;
     return uintBitsToFloat(up ? (right ? quad.w : quad.z) : (right ? quad.y : quad.x));
@@ -39,7 +39,7 @@ float sfield_between(uint cube, vec3 d)
 {
     vec2 st;
     uint face = sfield_to_face(d, st);
-    vec2 at = (st + 1.0) * (0.5 * float(glbk_sfield_batch.side)) - 0.5, low = floor(at);
+    vec2 at = (st + 1.0) * (0.5 * float(glbk_haar_batch.side)) - 0.5, low = floor(at);
     float sum = 0.0;
     for (int k = 0; k < 4; k++) {
         ivec2 step_by = ivec2(k & 1, k >> 1);
@@ -68,7 +68,7 @@ vec3 sfield_direction(uint face, ivec2 texel)
 // Returns a texel of the sky: radiance, solid angle.
 vec4 sfield_sky(uint face, ivec2 texel)
 {
-    uint side = glbk_sfield_batch.side, at = (face * side + uint(texel.y)) * side + uint(texel.x);
+    uint side = glbk_haar_batch.side, at = (face * side + uint(texel.y)) * side + uint(texel.x);
     return uintBitsToFloat(SFIELD_MOVING(glbk_sfield_contents.sky_texel + at));
 }
 
@@ -89,10 +89,10 @@ void sfield_begin(uint point, uint face, ivec2 corner, inout vec4 a, inout vec4 
 void sfield_read(uint cube, uint entity, uint face, ivec2 corner, out vec4 p, out vec4 q)
 {
     bool turned = sfield_is_turned(entity);
-    ivec2 at = sfield_square(cube, glbk_sfield_batch.columns, face, uvec2(corner) / 2u,
-                             uvec2(glbk_sfield_batch.side / 2u));
-    p = turned ? vec4(0.0) : uintBitsToFloat(texelFetch(glbk_sfield_cubes, at, 0));
-    q = turned ? vec4(0.0) : uintBitsToFloat(texelFetch(glbk_sfield_cubes, at + ivec2(1, 0), 0));
+    ivec2 at = sfield_square(cube, glbk_haar_batch.columns, face, uvec2(corner) / 2u,
+                             uvec2(glbk_haar_batch.side / 2u));
+    p = turned ? vec4(0.0) : uintBitsToFloat(texelFetch(glbk_haar_cubes, at, 0));
+    q = turned ? vec4(0.0) : uintBitsToFloat(texelFetch(glbk_haar_cubes, at + ivec2(1, 0), 0));
     for (int i = 0; i < 8 && turned; i++) {
         vec3 d = sfield_direction(face, corner + sfield_step(i));
         float x = sfield_between(cube, sfield_turn(entity, d));
@@ -103,25 +103,25 @@ void sfield_read(uint cube, uint entity, uint face, ivec2 corner, out vec4 p, ou
 
 void main()
 {
-    uint side = glbk_sfield_batch.side, columns = 2u * glbk_sfield_batch.columns;
+    uint side = glbk_haar_batch.side, columns = 2u * glbk_haar_batch.columns;
     uvec2 size = uvec2(side / 4u, side / 2u), here = uvec2(gl_FragCoord.xy), cell = here / size;
     uint face = cell.x % 6u, point = cell.y * columns + cell.x / 6u;
     ivec2 corner = ivec2(here % size * uvec2(4u, 2u));
     vec4 a = vec4(0.0), b = vec4(0.0), sums = vec4(0.0), p, q;      // T, in quads: left, right
     lower = upper = light = uvec4(0u);
-    if (point >= glbk_sfield_batch.count || cell.x >= 6u * columns) return;
-    if (glbk_sfield_batch.round == 0u) {
+    if (point >= glbk_haar_batch.count || cell.x >= 6u * columns) return;
+    if (glbk_haar_batch.round == 0u) {
         sfield_begin(point, face, corner, a, b);
     } else {
-        a = uintBitsToFloat(texelFetch(glbk_sfield_lower, ivec2(here), 0));
-        b = uintBitsToFloat(texelFetch(glbk_sfield_upper, ivec2(here), 0));
-        sums = uintBitsToFloat(texelFetch(glbk_sfield_sums, ivec2(here), 0));
+        a = uintBitsToFloat(texelFetch(glbk_haar_lower, ivec2(here), 0));
+        b = uintBitsToFloat(texelFetch(glbk_haar_upper, ivec2(here), 0));
+        sums = uintBitsToFloat(texelFetch(glbk_haar_sums, ivec2(here), 0));
     }
     bool dark = a == vec4(0.0) && b == vec4(0.0);
-    for (uint slot = 0u; slot < glbk_sfield_batch.slots && !dark; slot++) {
-        uvec4 what = texelFetch(glbk_sfield_what, ivec2(slot, point), 0);
+    for (uint slot = 0u; slot < glbk_haar_batch.slots && !dark; slot++) {
+        uvec4 what = texelFetch(glbk_haar_what, ivec2(slot, point), 0);
         if (what.x == SFIELD_EMPTY) break;
-        sfield_read(point * glbk_sfield_batch.slots + slot, what.z, face, corner, p, q);
+        sfield_read(point * glbk_haar_batch.slots + slot, what.z, face, corner, p, q);
         if (what.x == SFIELD_OCCLUDER || what.x == SFIELD_OWN) {
             a -= a * p;
             b -= b * q;
@@ -131,7 +131,7 @@ void main()
             sums.xyz += (dot(a, p) + dot(b, q)) * tint;
         }
     }
-    for (int i = 0; i < 8 && !dark && glbk_sfield_batch.last != 0u; i++) {
+    for (int i = 0; i < 8 && !dark && glbk_haar_batch.last != 0u; i++) {
         float t = dot(sfield_component(i, 1.0), a) + dot(sfield_component(i - 4, 1.0), b);
         sums += vec4(t * sfield_sky(face, corner + sfield_step(i)).xyz, t);
     }

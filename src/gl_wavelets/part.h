@@ -1,0 +1,3 @@
+/* ---- wavelets: this header's GLSL, textures and block, by which programs find them ---- */
+
+GLBK__PART_CODE(haar, HAAR)
