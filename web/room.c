@@ -14,7 +14,7 @@ enum { WALLS = 5, GRID = 8 };
 enum { LAMP, AIM };                                     /* handles */
 enum {                                                  /* knobs */
     BOUNCE, EXPOSURE, CONE, VPL_COUNT, SURFEL_COUNT, TILE_SIDE, SPLAT_SCALE, WINDOW_RIM, NEAR_POINT_COUNT, BIAS,
-    INTERLEAVE, MAP_SIDE, SAMPLES, NEAR_LIMIT, CLAMP, OFFSET
+    INTERLEAVE, MAP_SIDE, SAMPLES, NEAR_LIMIT, CLAMP, OFFSET, SLOPE_BIAS, VIEW_GRID
 };
 enum { NO_BOUNCE, RSM_BOUNCE, ISM_BOUNCE };
 enum { HEAD, NECK, CHEST, HIPS, LIMBS, UPPER_ARM = LIMBS, FOREARM = 6, THIGH = 8, SHIN = 10, FOOT = 12, BONES = 14 };
@@ -200,6 +200,7 @@ static glbk_result make_maps(pg_stage *stage, const float knobs[PG_KNOBS])
     desc.surfel_count = (uint32_t)knobs[SURFEL_COUNT];
     desc.tile_side = (uint32_t)knobs[TILE_SIDE];
     desc.splat_scale = knobs[SPLAT_SCALE];
+    desc.view_grid_side = (uint32_t)knobs[VIEW_GRID];
     desc.near_point_count = knobs[NEAR_POINT_COUNT] > 0 ? (int32_t)knobs[NEAR_POINT_COUNT] : -1;    /* 0: the default */
     desc.window_rim = knobs[WINDOW_RIM] < 2 ? -1 : (int32_t)fminf(knobs[WINDOW_RIM], (float)half);
     desc.lazy_frames = 1;
@@ -357,9 +358,12 @@ int pg_scene_light(pg_stage *stage, const float knobs[PG_KNOBS], float time, cha
     const rsm_light spot = lamp(stage, knobs[CONE]);
     const int bounce = (int)knobs[BOUNCE];
     glbk_context *gl = stage->gl;
+    rsm_direct_desc direct;
     glbk_pass pass;
     glbk_result result = fit(stage);
     memset(&pass, 0, sizeof pass);
+    memset(&direct, 0, sizeof direct);
+    direct.slope_bias = knobs[SLOPE_BIAS] > 0 ? knobs[SLOPE_BIAS] : -1;
     pass.target = &stage->light_target;
     stage->exposure = 1.3f * knobs[EXPOSURE];
     walk(time);
@@ -368,7 +372,7 @@ int pg_scene_light(pg_stage *stage, const float knobs[PG_KNOBS], float time, cha
     if (result == GLBK_OK) result = glbk_rsm_map_place(gl, &room.map, &spot);
     if (result == GLBK_OK) result = glbk_rsm_map_draw(gl, &room.rsm, &room.map, draw_lit, NULL);
     if (result == GLBK_OK) result = pg_stage_draw(stage, &room.model, NULL, 0);
-    if (result == GLBK_OK) result = glbk_rsm_direct(gl, &room.rsm, &stage->seen, &map, 1, NULL);
+    if (result == GLBK_OK) result = glbk_rsm_direct(gl, &room.rsm, &stage->seen, &map, 1, &direct);
     if (result == GLBK_OK && bounce == RSM_BOUNCE) result = bounce_by_rsm(stage, knobs);
     if (result == GLBK_OK)
         result = glbk_rsm_resolve(gl, &room.rsm, &stage->seen, &pass, NULL, 1, bounce == RSM_BOUNCE);

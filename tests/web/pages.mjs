@@ -899,8 +899,8 @@ const tests = {
     },
     async each_control_of_the_room_matters() {
         for (const [knob, few] of [[3, 4], [4, 6]]) await page.evaluate(`document.querySelector('[data-knob="${knob}"]').value = ${few}`);
-        await each_control_matters([['0', 2], ['1', 1], ['2', 40], ['3', 5], ['4', 7], ['5', 5], ['6', 2], ['7', 0], ['8', 0], ['9', 0.1], ['10', 0],
-            ['0', 1], ['11', 5], ['12', 6], ['13', 3], ['14', 2], ['15', 0.2]], ['play']);
+        await each_control_matters([['0', 2], ['1', 1], ['2', 40], ['3', 5], ['4', 7], ['5', 5], ['6', 2], ['7', 0], ['8', 0], ['9', 0.1], ['17', 1], ['10', 0],
+            ['0', 1], ['11', 5], ['12', 6], ['13', 3], ['14', 2], ['15', 0.2], ['16', 0]], ['play']);
     },
     async a_piece_and_a_lamp_are_dragged_and_shadows_follow() {
         const large = await scene('game', { mean: 1, far: 0.01 });
