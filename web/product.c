@@ -16,6 +16,8 @@ static struct product {
     pd_picture   picture;
     pg_model     model;
     cohsm_maps  *maps;              /* of the last build or pd_open */
+    void        *packed;            /* the same, of the last pd_pack, and its bytes */
+    size_t       packed_bytes;
     int          has_gl;
     char         error[EX_ERROR_SIZE];
 } page;
@@ -179,6 +181,22 @@ EMSCRIPTEN_KEEPALIVE size_t pd_block_bytes(void)
     if (page.maps) cohsm_data(page.maps, &bytes);
     return bytes;
 }
+
+/* Packs the maps: half as many bytes, which pd_open takes as well. For web/first.cjs; the page does not call it. */
+EMSCRIPTEN_KEEPALIVE int pd_pack(void)
+{
+    cohsm_result result;
+    free(page.packed);
+    page.packed = NULL;
+    page.packed_bytes = 0;
+    result = cohsm_pack(page.maps, NULL, &page.packed, &page.packed_bytes);
+    if (result == COHSM_OK) return 0;
+    snprintf(page.error, sizeof page.error, "%s", cohsm_result_text(result));
+    return -1;
+}
+
+EMSCRIPTEN_KEEPALIVE const void *pd_packed(void) { return page.packed; }
+EMSCRIPTEN_KEEPALIVE size_t      pd_packed_bytes(void) { return page.packed_bytes; }
 
 /* Takes a block, whose bytes may go afterwards, as the maps of the model that is loaded. It may be anybody's file:
    csm.h checks it. fast: they are laid out for speed, unless they are too large so. */

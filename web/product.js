@@ -3,7 +3,7 @@
    grow finer. Of the model that the page begins with, the coarse ones come with the page (first.cjs). */
 'use strict';
 
-const SIDES = [[16, 64], [48, 128], [96, 128]];     // maps a side of the directions, pixels a side of a map
+const SIDES = [[16, 32], [48, 128], [96, 128]];     // maps a side of the directions, pixels a side of a map
 const FIRST = 0.5, FIRST_SAMPLES = 2;               // the first picture has pixels of twice the size and few samples, to come soon; all of them follow
 const number = (id) => { const e = element(id); return e.type === 'checkbox' ? +e.checked : +e.value; };
 /* A limit or a bias of 0 stands for the default, and a negative one for none. */
@@ -109,7 +109,7 @@ function build(sides = SIDES, stages = []) {
 /* Other maps are asked for: coarse ones first, as always, each finer than the one before. */
 function rebuild() {
     const side = number('side'), pixels = number('pixels');
-    const coarse = [[16, Math.min(64, pixels)], [Math.ceil(side / 2), pixels]].filter(([s], i) => s >= 16 + i && s < side);
+    const coarse = [[16, Math.min(32, pixels)], [Math.ceil(side / 2), pixels]].filter(([s], i) => s >= 16 + i && s < side);
     SIDES.splice(0, SIDES.length, ...coarse, [side, pixels]);
     if (!state.began) return;                       // begin() builds
     if (!state.lost) say('');
