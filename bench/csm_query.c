@@ -264,8 +264,16 @@ static double speed(work *w, ex_pool *pool)
     return w->failed ? -1 : (double)w->rays->count / best * 1e-6;
 }
 
-/* By threads - 1. Of tinybvh, -1 where it is not built in. */
-typedef struct peer { double mrays[2]; const char *mode[2]; double tinybvh[2]; } peer;
+/* By threads - 1. Of tinybvh, -1 where it is not built in; agreement: the share of its answers that are Embree's. */
+typedef struct peer { double mrays[2]; const char *mode[2]; double tinybvh[2], agreement; } peer;
+
+static double agreement(const rays *r, const float *lit)
+{
+    size_t alike = 0;
+    for (size_t i = 0; i < r->count; i++)
+        alike += (lit[i] >= 0.5f) == (r->lit[i] > 0);
+    return (double)alike / (double)r->count;
+}
 
 static void measure_peer(peer *p, const bn_rays *tracer, const rays *r, ex_pool *const pools[2], float *scratch)
 {
@@ -283,6 +291,7 @@ static void measure_peer(peer *p, const bn_rays *tracer, const rays *r, ex_pool 
         if (tracer && pools[t] && bn_rays_peer_version()) {
             work w = { r, tracer, BN_RAY_TINYBVH, NULL, NULL, COHSM_FILTER_NEAREST, 0, 0, scratch, 0, NULL, NULL };
             p->tinybvh[t] = speed(&w, pools[t]);
+            p->agreement = agreement(r, scratch);
         }
     }
 }
@@ -355,7 +364,7 @@ static void print_errors(const subject *s, const rays *r)
         shadow += !lit && r->lit[i] > 0;
         light += lit && !(r->lit[i] > 0);
     }
-    bn_number("agreement", s->has_peer ? 1 - (double)(shadow + light) / (double)r->count : HUGE_VAL);
+    bn_number("agreement", s->has_peer ? agreement(r, s->lit) : HUGE_VAL);
     bn_number("false_shadow", s->has_peer ? (double)shadow / (double)r->count : HUGE_VAL);
     bn_number("false_light", s->has_peer ? (double)light / (double)r->count : HUGE_VAL);
 }
@@ -447,6 +456,7 @@ static int print_row(const subject *s, const table *t, question q)
         bn_text("tinybvh", bn_rays_peer_version());
         bn_number("tinybvh_mrays_s", p->tinybvh[q.threads - 1]);
         bn_number("tinybvh_ratio", mqueries / p->tinybvh[q.threads - 1]);
+        bn_number("tinybvh_agreement", p->agreement);
     }
     bn_end(s->options);
     return 0;
