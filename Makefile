@@ -315,7 +315,7 @@ coverage:
 	@+$(MAKE) --no-print-directory config=coverage run-tests
 	@sh tools/coverage build/coverage $(HEADERS)
 HEADER ?= rsm.h
-mutants: tests
+mutants: $(COMMON) $(TOOLS)/schemata
 	@sh tools/mutate $(HEADER) $(COUNT) $(SEED)
 
 # ---- packages ----

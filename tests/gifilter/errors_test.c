@@ -387,6 +387,33 @@ static void noise_falls_with_every_frame(void **state)
     gifilt_free(filter);
 }
 
+/* By motion, which asks no matrix whether there was a frame before: every row of the history is cleared. */
+static void a_reset_filter_remembers_no_row(void **state)
+{
+    static float light[3 * SIDE * SIDE], motion[2 * SIDE * SIDE];
+    gifilt_filter *filter;
+    gifilt_frame f;
+    int frame, i;
+    (void)state;
+    memset(&f, 0, sizeof f);
+    f.motion = motion;
+    f.history = 8;
+    f.passes = -1;
+    for (i = 0; i < SIDE * SIDE; i++) {
+        motion[2 * i] = (float)(i % SIDE) + 0.5f;
+        motion[2 * i + 1] = (float)(i / SIDE) + 0.5f;
+    }
+    assert_int_equal(create(SIDE, SIDE, NULL, &filter), GIFILT_OK);
+    for (frame = 0; frame < 3; frame++) {
+        for (i = 0; i < 3 * SIDE * SIDE; i++) light[i] = (float)(frame + 1);
+        if (frame == 2) gifilt_reset(filter);
+        assert_int_equal(gifilt_apply(filter, &f, &points, light, result), GIFILT_OK);
+        for (i = 0; i < 3 * SIDE * SIDE; i++)
+            assert_true(fabsf(result[i] - (frame == 0 ? 1.0f : frame == 1 ? 1.5f : 3.0f)) < 1e-4f);
+    }
+    gifilt_free(filter);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -397,6 +424,7 @@ int main(void)
         cmocka_unit_test(the_order_of_tasks_changes_nothing),
         cmocka_unit_test(vector_units_filter_alike),
         cmocka_unit_test(noise_falls_with_every_frame),
+        cmocka_unit_test(a_reset_filter_remembers_no_row),
     };
     return cmocka_run_group_tests(tests, setup, NULL);
 }

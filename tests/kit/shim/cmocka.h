@@ -121,6 +121,9 @@ static inline int shim_run_group(const char *name, const struct CMUnitTest *test
         totals[result]++;
         fprintf(result == 1 ? stderr : stdout, "%s%s\n", line[result], tests[i].name);
         fflush(stdout);
+#ifdef SHIM_STOP        /* for tools/mutate, which asks only whether all pass */
+        if (result == 1) break;
+#endif
     }
     if (teardown && teardown(&state) != 0) totals[1]++;
     printf("[==========] %lu test(s) run.\n", (unsigned long)count);
