@@ -508,6 +508,66 @@ static void texels_are_left_and_coloured_as_the_function_says(void **state)
     free_shape(t, &s);
 }
 
+/* Opacity by dithering (paper of ism.h, section 6.4), as docs/gbuffer.md has it: of each 2 x 2 pixels that a surface
+   covers, in a map of a light, a shadow map and the G-buffer, opacities of quarters leave exactly as many. */
+static void opacities_are_dithered_by_functions_of_the_users(void **state)
+{
+    GL_TEST(t, state)
+    static unsigned char empty[MOST_BYTES], full[MOST_BYTES], is[MOST_BYTES];
+    static const char dither[] = "const float opacity = %.2f;\n"
+                                 "bool glbk_fragment(vec2 uv, inout vec4 color)\n"
+                                 "{\n"
+                                 "    ivec2 p = ivec2(gl_FragCoord.xy) & 1;\n"
+                                 "    float least = p.y == 0 ? p.x == 0 ? 0.5 : 2.5 : p.x == 0 ? 3.5 : 1.5;\n"
+                                 "    return 4.0 * opacity > least;\n"
+                                 "}\n";
+    static const struct { int pass, width, height; size_t bytes;
+    } kinds[3] = { { 0, RSM_SIDE, RSM_SIDE, sizeof(rsm_texel) },
+                   { 1, ENVSH_SIDE, ENVSH_SIDE, 16 },
+                   { 4, SEEN_SIDE, 8, sizeof(glbk_pixel) } };
+    vertex square[6];
+    shape s;
+    int kind, level, i, x, y;
+    for (i = 0; i < 6; i++) {                       /* of -0.9 to 0.9 */
+        square[i] = corners[0];
+        square[i].position[0] = i == 1 || i == 2 || i == 4 ? 0.9f : -0.9f;
+        square[i].position[1] = i == 2 || i == 4 || i == 5 ? 0.9f : -0.9f;
+        square[i].position[2] = 0;
+    }
+    s = make_shape_of(t, &usual, square);
+    for (kind = 0; kind < 3; kind++) {
+        const int pass = kinds[kind].pass, width = kinds[kind].width;
+        const size_t bytes = kinds[kind].bytes;
+        glbk_attributes own = { 0, 1, 2, 3, NULL, none_there };
+        draw_by(t, pass, &own, &s, 15, empty);
+        own.fragment = all_there;
+        draw_by(t, pass, &own, &s, 15, full);
+        for (level = 0; level <= 4; level++) {
+            char text[sizeof dither + 32];
+            int blocks = 0;
+            snprintf(text, sizeof text, dither, 0.25 * level);
+            own.fragment = text;
+            draw_by(t, pass, &own, &s, 15, is);
+            for (y = 0; y < kinds[kind].height; y += 2)
+                for (x = 0; x < width; x += 2) {
+                    int covered = 0, left = 0;
+                    for (i = 0; i < 4; i++) {
+                        const size_t at = bytes * (size_t)((y + i / 2) * width + x + i % 2);
+                        covered += memcmp(full + at, empty + at, bytes) != 0;
+                        if (memcmp(is + at, empty + at, bytes) == 0) continue;
+                        assert_memory_equal(is + at, full + at, bytes);
+                        left++;
+                    }
+                    if (covered < 4) continue;
+                    assert_int_equal(left, level);
+                    blocks++;
+                }
+            assert_true(blocks >= 25);
+        }
+    }
+    free_shape(t, &s);
+}
+
 /* A fault is the text's own: the log says so. */
 static void faults_of_the_users_functions_are_said(void **state)
 {
@@ -590,6 +650,7 @@ int main(int count, char **values)
                                   gl_unit_test(vertices_are_found_by_functions_of_the_users),
                                   gl_unit_test(pixels_are_left_out_by_functions_of_the_users),
                                   gl_unit_test(texels_are_left_and_coloured_as_the_function_says),
+                                  gl_unit_test(opacities_are_dithered_by_functions_of_the_users),
                                   gl_unit_test(faults_of_the_users_functions_are_said),
                                   gl_unit_test(locations_that_cannot_be_are_named) };
     (void)count;
