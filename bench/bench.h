@@ -84,6 +84,8 @@ int bn_sfield_wavelet(const bn_options *options);
 int bn_envshadow_lights(const bn_options *options);
 int bn_ism(const bn_options *options);
 int bn_ism_causes(const bn_options *options);
+int bn_ism_frames(const bn_options *options);
+int bn_ism_rivals(const bn_options *options);
 int bn_ism_vpls(const bn_options *options);
 int bn_ism_visibility(const bn_options *options);
 int bn_ism_flicker(const bn_options *options);

@@ -22,7 +22,7 @@ void bn_ism_close(bn_scene *s)
     memset(s, 0, sizeof *s);
 }
 
-static int light_scene(bn_scene *s, const bn_options *options, uint32_t rsm, uint32_t light_points)
+int bn_ism_light(bn_scene *s, const bn_options *options, uint32_t rsm, uint32_t light_points)
 {
     char error[EX_ERROR_SIZE];
     double start = ex_seconds();
@@ -64,7 +64,7 @@ int bn_ism_open(bn_scene *s, const bn_options *options, const char *path, uint32
     s->job.threads = options->threads;
     s->job.pool = options->pool;
     im_view(&s->view, &s->job);
-    if (light_scene(s, options, rsm, light_points) == 0)
+    if (bn_ism_light(s, options, rsm, light_points) == 0)
         return 0;
     bn_ism_close(s);
     return -1;
@@ -86,7 +86,7 @@ static int open_rays(bn_scene *s, const bn_options *options)
     return s->rays ? 0 : bn_failed(s->name, "needs Embree: apt-get install libembree-dev");
 }
 
-static const char *simd(void)        /* what ism.h takes at run time */
+const char *bn_ism_simd(void)
 {
     return strncmp(bn_simd(), "avx", 3) == 0 ? "avx2" : "none";
 }
@@ -127,7 +127,7 @@ static void exact_near(void *user, const float *p, const float *n, const uint32_
     bn_rays_segments(e->scene->rays, from[0], to[0], count, lit);
 }
 
-static ism_desc base_desc(const bn_options *options, uint32_t vpls, uint32_t points)
+ism_desc bn_ism_desc(const bn_options *options, uint32_t vpls, uint32_t points)
 {
     ism_desc d;
     memset(&d, 0, sizeof d);
@@ -138,7 +138,7 @@ static ism_desc base_desc(const bn_options *options, uint32_t vpls, uint32_t poi
     return d;
 }
 
-static ism_frame base_frame(const bn_scene *s)
+ism_frame bn_ism_frame(const bn_scene *s)
 {
     ism_frame f = { &s->mesh.mesh, s->rsms.sources, s->rsms.count, &s->view, 0 };
     return f;
@@ -196,7 +196,7 @@ static int measure_visibility(const bn_scene *s, const ism_maps *maps, float bia
 
 static int build_maps(const bn_scene *s, const ism_desc *d, ism_maps **maps)
 {
-    ism_frame frame = base_frame(s);
+    ism_frame frame = bn_ism_frame(s);
     ism_result result = ism_create(d, maps);
     if (result == ISM_OK) {
         result = ism_choose(*maps, &frame);
@@ -226,7 +226,7 @@ static int visibility_of(const bn_options *options, const char *path, const char
     }
     for (size_t i = 0; i < sizeof spreads / sizeof spreads[0]; i++) {
         visibility_error error = { 0, 0, 0, 0 };
-        ism_desc d = base_desc(options, 1024, 8192);
+        ism_desc d = bn_ism_desc(options, 1024, 8192);
         ism_maps *maps;
         int result;
         d.spread = spreads[i].spread;
@@ -241,7 +241,7 @@ static int visibility_of(const bn_options *options, const char *path, const char
             bn_ism_close(&s);
             return -1;
         }
-        bn_begin(options, "ism_visibility", options->threads, simd());
+        bn_begin(options, "ism_visibility", options->threads, bn_ism_simd());
         bn_text("scene", name);
         bn_text("spread", spreads[i].name);
         bn_integer("windows", (uint64_t)spreads[i].windows);
@@ -298,10 +298,6 @@ static double number(const files *f, const char *technique, const char *name)
     return at ? strtod(at + strlen(key), NULL) : HUGE_VAL;
 }
 
-/* compare's relative_rmse and mean_ratio; for causes, the first of them without the hundredth of the pixels that are
-   farthest off; and both over the pixels that are not among the brightest hundredth of the reference. */
-typedef struct picture_error { double rmse, ratio, rmse_99, rmse_below, ratio_below; } picture_error;
-
 static int downwards(const void *a, const void *b)
 {
     double x = *(const double *)a, y = *(const double *)b;
@@ -311,7 +307,7 @@ static int downwards(const void *a, const void *b)
 static double brightness(const float *p) { return (double)p[0] + (double)p[1] + (double)p[2]; }
 
 /* Over the pixels below that percentile of b's brightness. */
-static int error_below(const float *a, const float *b, size_t pixels, double share, picture_error *out)
+static int error_below(const float *a, const float *b, size_t pixels, double share, bn_picture_error *out)
 {
     double *bright = malloc((pixels + 1) * sizeof *bright), most, all = 0, sum_a = 0, sum_b = 0;
     size_t count = 0, used = 0;
@@ -339,7 +335,7 @@ static int error_below(const float *a, const float *b, size_t pixels, double sha
     return 0;
 }
 
-static int picture_error_of(const float *a, const float *b, size_t pixels, picture_error *out)
+int bn_picture_error_of(const float *a, const float *b, size_t pixels, bn_picture_error *out)
 {
     double sum_a = 0, sum_b = 0, all = 0, rest = 0, *square = malloc(pixels * sizeof *square);
     size_t count = 0;
@@ -379,7 +375,7 @@ static int read_picture(const files *f, const char *technique, ex_image *image)
     return ex_image_read_pfm(image, path, message) == 0 ? 0 : bn_failed(path, message);
 }
 
-static int compare(const files *f, picture_error *e, double *ssim)
+static int compare(const files *f, bn_picture_error *e, double *ssim)
 {
     char command[2400];
     ex_image a, b;
@@ -390,7 +386,7 @@ static int compare(const files *f, picture_error *e, double *ssim)
         ex_image_free(&a);
         return -1;
     }
-    result = picture_error_of(a.rgb, b.rgb, (size_t)a.width * a.height, e);
+    result = bn_picture_error_of(a.rgb, b.rgb, (size_t)a.width * a.height, e);
     ex_image_free(&a);
     ex_image_free(&b);
     snprintf(command, sizeof command, "'%s' '%s/ism.pfm' '%s/reference.pfm' > '%s/compare.json'", f->compare, f->folder,
@@ -403,12 +399,12 @@ static int compare(const files *f, picture_error *e, double *ssim)
 
 static int picture_of(const bn_options *options, const files *f, const char *scene, const char *name)
 {
-    picture_error e;
+    bn_picture_error e;
     double ssim;
     if (render(f, "reference", scene, "160x90", options->full ? 32768 : 8192, "") != 0 ||
         render(f, "ism", scene, "160x90", 1024, "") != 0 || compare(f, &e, &ssim) != 0)
         return -1;
-    bn_begin(options, "ism", options->threads, simd());
+    bn_begin(options, "ism", options->threads, bn_ism_simd());
     bn_text("scene", name);
     bn_text("light", "the scene's own");
     bn_text("backend", "cpu");
@@ -442,8 +438,8 @@ typedef struct cause {
 
 static int shade_cause(const bn_scene *s, const bn_options *options, const cause *c, float *out, ism_stats *stats)
 {
-    ism_frame frame = base_frame(s);
-    ism_desc d = base_desc(options, c->vpls, c->visibility == BY_MAPS ? 8192 : 8);
+    ism_frame frame = bn_ism_frame(s);
+    ism_desc d = bn_ism_desc(options, c->vpls, c->visibility == BY_MAPS ? 8192 : 8);
     ism_shading shading = { 0 };
     exact e = { s, NULL, 2e-5f * s->job.radius, NULL };
     ism_maps *maps;
@@ -468,13 +464,13 @@ static int shade_cause(const bn_scene *s, const bn_options *options, const cause
     return result == ISM_OK ? 0 : bn_failed(s->name, ism_result_text(result));
 }
 
-static void report_cause(const bn_options *options, const char *scene, const cause *c, const picture_error *e,
+static void report_cause(const bn_options *options, const char *scene, const cause *c, const bn_picture_error *e,
                          double noise, double lost)
 {
     static const char *const sights[] = { "maps", "rays", "none" }, *const rules[] = {
         "", "patch", "sphere", "clamp", "mean", "none", "gather"
     };
-    bn_begin(options, "ism_causes", options->threads, simd());
+    bn_begin(options, "ism_causes", options->threads, bn_ism_simd());
     bn_text("scene", scene);
     bn_text("cause", c->name);
     bn_text("visibility", sights[c->visibility]);
@@ -521,13 +517,13 @@ static int causes_of(const bn_options *options, const files *f, const char *path
         const cause *c = &causes[i];
         int unshadowed = c->visibility == BY_NOTHING;
         float *out = malloc(3 * W * H * sizeof *out);
-        picture_error e = { 0, 0, 0, 0, 0 };
+        bn_picture_error e = { 0, 0, 0, 0, 0 };
         ism_stats stats;
-        result = out ? light_scene(&s, options, c->rsm, c->light_points) : bn_failed(name, "out of memory");
+        result = out ? bn_ism_light(&s, options, c->rsm, c->light_points) : bn_failed(name, "out of memory");
         if (result == 0)
             result = shade_cause(&s, options, c, out, &stats);
         if (result == 0)
-            result = picture_error_of(out, truth[unshadowed].rgb, W * H, &e);
+            result = bn_picture_error_of(out, truth[unshadowed].rgb, W * H, &e);
         if (result == 0)
             report_cause(options, name, c, &e, noise[unshadowed], stats.lost_energy);
         free(out);
@@ -591,8 +587,8 @@ static int shade_exactly(const bn_scene *s, ism_maps *maps, float *out)
 static int chosen_picture(const bn_scene *s, const bn_options *options, uint32_t vpls, ism_importance importance,
                           uint32_t grid, uint32_t seed, float *out)
 {
-    ism_desc d = base_desc(options, vpls, 8);
-    ism_frame frame = base_frame(s);
+    ism_desc d = bn_ism_desc(options, vpls, 8);
+    ism_frame frame = bn_ism_frame(s);
     ism_maps *maps;
     int result;
     d.importance = importance;
@@ -633,7 +629,7 @@ int bn_ism_vpls(const bn_options *options)
         }
         if (row == 2)
             flux_error = error;
-        bn_begin(options, "ism_vpls", options->threads, simd());
+        bn_begin(options, "ism_vpls", options->threads, bn_ism_simd());
         bn_text("scene", s.name);
         bn_text("importance", names[i]);
         bn_integer("vpl_count", 256);
@@ -654,7 +650,7 @@ static int flicker_of(bn_scene *s, const bn_options *options, int unstable, doub
 {
     size_t values = 3 * s->view.count;
     float *now = calloc(2 * values, sizeof *now), *before = now ? now + values : NULL;
-    ism_desc d = base_desc(options, 512, 2048);
+    ism_desc d = bn_ism_desc(options, 512, 2048);
     ism_maps *maps = NULL;
     double change = 0, mean = 0;
     int result = 0;
@@ -666,8 +662,8 @@ static int flicker_of(bn_scene *s, const bn_options *options, int unstable, doub
         for (uint32_t k = 0; k < s->scene.light_count; k++)
             s->scene.lights[k].position[0] +=
                 i ? 0.002f : -0.002f * 11 * (float)unstable; /* the second run begins there too */
-        result = light_scene(s, options, 128, 16);
-        frame = base_frame(s);
+        result = bn_ism_light(s, options, 128, 16);
+        frame = bn_ism_frame(s);
         frame.index = i;
         if (result == 0 && ism_render(maps, &frame, NULL, now, NULL) != ISM_OK)
             result = bn_failed(s->name, "ism_render");
@@ -694,7 +690,7 @@ int bn_ism_flicker(const bn_options *options)
     if (result == 0)
         result = flicker_of(&s, options, 1, &flicker[1]);
     if (result == 0) {
-        bn_begin(options, "ism_flicker", options->threads, simd());
+        bn_begin(options, "ism_flicker", options->threads, bn_ism_simd());
         bn_text("scene", s.name);
         bn_integer("vpl_count", 512);
         bn_integer("surfel_count", 2048);

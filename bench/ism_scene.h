@@ -24,5 +24,15 @@ typedef struct bn_scene {        /* one scene, its picture, its lit surfaces */
 int bn_ism_open(bn_scene *scene, const bn_options *options, const char *path, uint32_t width, uint32_t height,
                 uint32_t rsm, uint32_t light_points);
 void bn_ism_close(bn_scene *scene);
+int  bn_ism_light(bn_scene *scene, const bn_options *options, uint32_t rsm, uint32_t light_points);  /* RSMs anew */
+
+ism_desc    bn_ism_desc(const bn_options *options, uint32_t vpls, uint32_t surfels);   /* on the pool's threads */
+ism_frame   bn_ism_frame(const bn_scene *scene);
+const char *bn_ism_simd(void);       /* what ism.h takes at run time */
+
+/* compare's relative_rmse and mean_ratio; the first of them without the hundredth of the pixels that are farthest off;
+   and both over the pixels that are not among the brightest hundredth of the reference b. */
+typedef struct bn_picture_error { double rmse, ratio, rmse_99, rmse_below, ratio_below; } bn_picture_error;
+int bn_picture_error_of(const float *a, const float *b, size_t pixels, bn_picture_error *out);    /* -1: no memory */
 
 #endif

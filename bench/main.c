@@ -42,6 +42,8 @@ static const struct { const char *name, *what; int (*run)(const bn_options *opti
     { "envshadow_lights", "time, energy and error of k lights by each method", bn_envshadow_lights },
     { "ism", "pictures by ism beside the one-bounce reference, times of its stages", bn_ism },
     { "ism_causes", "the error of ism's pictures with one cause taken away after the other", bn_ism_causes },
+    { "ism_frames", "a frame of ism by stage: the first one, the next, the next since an object moved", bn_ism_frames },
+    { "ism_rivals", "what the paper compares its method with, at the processor time of ism.h", bn_ism_rivals },
     { "ism_vpls", "error at equal VPL count by flux, bidirectional and guided importance", bn_ism_vpls },
     { "ism_visibility", "visibilities that differ from Embree's, even and adaptive points", bn_ism_visibility },
     { "ism_flicker", "difference of successive frames, with and without persistence", bn_ism_flicker },

@@ -315,13 +315,18 @@ static void surfels_keep_the_area(gl_test *t, const both *b, const scene *s)
     double all = 0, sum = 0, *area = (double *)malloc(s->mesh.vertex_count / 3 * sizeof *area);
     char text[80];
     uint32_t phase;
-    size_t i, n;
+    size_t i, n, k;
     assert_non_null(area);
     for (i = 0; i < s->mesh.vertex_count / 3; i++) {
         const float *p = s->positions + 9 * i;
-        const double u[3] = { p[3] - p[0], p[4] - p[1], p[5] - p[2] }, v[3] = { p[6] - p[0], p[7] - p[1], p[8] - p[2] };
-        const double x = u[1] * v[2] - u[2] * v[1], y = u[2] * v[0] - u[0] * v[2], z = u[0] * v[1] - u[1] * v[0];
-        all += area[i] = 0.5 * sqrt(x * x + y * y + z * z);
+        double u[3], v[3];
+        for (k = 0; k < 3; k++) {
+            u[k] = (double)p[3 + k] - (double)p[k];
+            v[k] = (double)p[6 + k] - (double)p[k];
+        }
+        area[i] = 0.5 * sqrt(pow(u[1] * v[2] - u[2] * v[1], 2) + pow(u[2] * v[0] - u[0] * v[2], 2) +
+                             pow(u[0] * v[1] - u[1] * v[0], 2));
+        all += area[i];
     }
     for (phase = 0; phase < 8; phase++) {
         ism_surfel *is = read_phase(t, b, phase, &n);
