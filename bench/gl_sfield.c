@@ -316,7 +316,7 @@ static int measure_wavelets(const board *b, const bn_options *options, glbk_cont
             bn_error_add(&error, (double)w->light[4 * (i / 3) + i % 3], (double)w->rgb[i]);
         bn_begin(options, "gl_sfield", options->threads, bn_sfield_simd());
         bn_text("gl_renderer", gl->renderer);
-        bn_text("path", "core");
+        bn_text("path", w->haar.compute ? "compute" : "core");
         bn_text("op", "wavelets");
         bn_integer("points", SOME);
         bn_integer("entities", PIECES);
@@ -399,7 +399,7 @@ static int run(board *b, const bn_options *options, int core_only)
     else if (built != SFIELD_OK)
         bn_failed("gl_sfield", sfield_result_text(built));
     glbk_sfield_scene_free(&g.gl, &b->gl);
-    if (result == GLBK_OK && built == SFIELD_OK && core_only && measure_wavelets(b, options, &g.gl) != 0)
+    if (result == GLBK_OK && built == SFIELD_OK && measure_wavelets(b, options, &g.gl) != 0)
         result = GLBK_ERR_GL;
     bn_gl_close(&g);
     return result == GLBK_OK && built == SFIELD_OK ? 0 : -1;

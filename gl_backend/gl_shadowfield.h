@@ -367,6 +367,7 @@ struct glbk_sfield_scene {              /* fields and where they stand; read onl
     int          sky;                   /* not 0: there is a sky */
     int          has_brdf;              /* not 0: BRDFs come after the terms */
     int          logarithms;            /* not 0: occlusion fields hold logarithms */
+    int          lists;                 /* of wavelets: not 0: fields are lists, for compute shaders */
     float        reach;
     uint64_t     key;                   /* of wavelets: which fields begin where */
     const sfield_algebra *algebra;

@@ -94,11 +94,13 @@
 
    Conventions
 
-   A batch of points is shaded at a time. Its passes list what each point meets from near to far, write the
-   cubes of these lists, multiply texels, and add them up. Nothing is left out: a point that meets more than
-   16 takes further rounds. Products are on texels, as SFIELD_PRODUCT_TEXELS has them, so results are
-   sfield_shade's but for roundings: docs/shadowfield.md has the bound. The passes are fragment shaders on
-   every context. A point costs far more than one of harmonics: docs/measured/shadowfield.md.
+   A batch of points is shaded at a time. Its passes list what each point meets from near to far, write
+   the cubes of these lists, multiply texels, and add them up. Nothing is left out: a point that meets
+   more than 16 takes further rounds. Products are on texels, as SFIELD_PRODUCT_TEXELS has them, so
+   results are sfield_shade's but for roundings: docs/shadowfield.md has the bound. Where the context has
+   compute shaders (4.3) and cubes at most 32 texels a side, a work group shades a point in one pass, as
+   the CPU does: it adds lists of coefficients up and turns them into texels only where they hide. A point
+   costs far more than one of harmonics: docs/measured/shadowfield.md.
 
    From the paper to the code
 
@@ -147,12 +149,13 @@ struct glbk_sfield_haar_desc;           /* how large the picture is: below */
 GLBK_DEF glbk_result glbk_sfield_haar_upload(glbk_context *ctx,
                                              const struct glbk_sfield_haar_scene_desc *desc,
                                              glbk_sfield_scene *out);
-/* Makes a scene of fields of wavelets, which go up as trees, with room for entities. glbk_sfield_scene_free
-   takes the scene back.
-   Memory   on the GPU 16 bytes, of sources 32, for each square that holds a wavelet or has such squares
-            within, and for six squares of each sample; 112 bytes for each of entity_capacity, and 98 KB for
-            the sky of 32 texels a side. Here 40 bytes a field and, while the call runs, the longest file of a
-            field and 150 KB
+/* Makes a scene of fields of wavelets, with room for entities. They go up as trees or, if ctx->compute is set
+   and cube_side is at most 32, as lists of coefficients. glbk_sfield_scene_free takes the scene back.
+   Memory   on the GPU of trees 16 bytes, of sources 32, for each square that holds a wavelet or has such
+            squares within, and for six squares of each sample; of lists 4 bytes, of sources 8, for each
+            coefficient, and 16 to 28 bytes for each sample; 112 bytes for each of entity_capacity, and 98
+            KB for the sky of 32 texels a side. Here 40 bytes a field and, while the call runs, the
+            longest file of a field and 150 KB
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range. GLBK_ERR_MISMATCH: a
             field of harmonics, of other texels, or a shard. GLBK_ERR_LIMIT: more than 2^28 texels.
             GLBK_ERR_ALLOC */
@@ -165,9 +168,11 @@ GLBK_DEF glbk_result glbk_sfield_haar_sky(glbk_context *ctx, glbk_sfield_scene *
 
 GLBK_DEF glbk_result glbk_sfield_haar_create(glbk_context *ctx, const struct glbk_sfield_haar_desc *desc,
                                              glbk_sfield_haar *out);
-/* Compiles the four programs and makes their textures. For another size free it and create it anew.
+/* Compiles the four programs and makes their textures; or the compute shader, where scenes have lists. For
+   another size free it and create it anew.
    Memory   on the GPU 16 bytes a pixel and, for each point of a batch, 456 cube_side^2 + 1,280 bytes: 30 MB
-            for 256 points of 16 texels a side
+            for 256 points of 16 texels a side. By compute 24 cube_side^2 bytes for each point of a batch,
+            above 16 texels a side: 50 MB for 2,048 points of 32
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range. GLBK_ERR_LIMIT:
             width or height is above ctx->max_side. GLBK_ERR_ALLOC. Those of textures, targets and
             glbk_program_compile */
@@ -175,12 +180,12 @@ GLBK_DEF glbk_result glbk_sfield_haar_create(glbk_context *ctx, const struct glb
 GLBK_DEF glbk_result glbk_sfield_haar_shade(glbk_context *ctx, glbk_sfield_haar *haar,
                                             const glbk_gbuffer *gbuffer, const glbk_sfield_scene *scene,
                                             int open);
-/* Shades all pixels into haar->light, in (pixels / batch) batches of 3 passes a round and one more. A round
-   takes 16 of what the scene has: its entities, and each light three times more.
+/* Shades all pixels into haar->light, in (pixels / batch) batches of 3 passes a round and one more, or of one
+   pass by compute. A round takes 16 of what the scene has: its entities, and each light three times more.
    open     not 0: light.a is wanted even if there is no sky; else it is 0 then
    Errors   GLBK_ERR_ARGUMENT: an object is NULL or was not created. GLBK_ERR_MISMATCH: the scene has
-            harmonics or other texels or is not the one that self-visibility was named for, or the G-buffer
-            has another size. GLBK_ERR_LOST */
+            harmonics or other texels, was uploaded with another ctx->compute, or is not the one that
+            self-visibility was named for, or the G-buffer has another size. GLBK_ERR_LOST */
 
 GLBK_DEF void glbk_sfield_haar_free(glbk_context *ctx, glbk_sfield_haar *haar);
 /* Deletes the renderer's objects of GL and zeroes the struct. Accepts NULL. */
@@ -204,8 +209,8 @@ typedef struct glbk_sfield_haar_desc {
     uint32_t cube_side;                 /* that of the scene: a power of two, 4..64; 0 = 32 */
     uint32_t batch;                     /* points that are shaded at a time, at most so many as textures of
                                            2048 or ctx->max_side a side hold: 672 of cubes of 16, 168 of 32,
-                                           40 of 64. A greater number is taken for that; 0 = 256. More points
-                                           make fewer passes */
+                                           40 of 64; by compute 2048. A greater number is taken for that; 0 =
+                                           256, or 2048 by compute. More points make fewer passes */
     int      self;                      /* not 0: there is room for self-visibility, 4 bytes a pixel */
 } glbk_sfield_haar_desc;
 
@@ -254,6 +259,8 @@ struct glbk_sfield_haar {               /* the light of a picture; read only; ze
     glbk_program write;
     glbk_program multiply;
     glbk_program sum;
+    glbk_program shade;                 /* by compute, in place of all these */
+    glbk_buffer  kept;                  /* T of a batch */
     glbk_buffer  block;
     uint32_t     width;
     uint32_t     height;
@@ -261,6 +268,7 @@ struct glbk_sfield_haar {               /* the light of a picture; read only; ze
     uint32_t     batch;                 /* points */
     uint32_t     columns;               /* cubes in a row of their texture */
     int          has_self;
+    int          compute;               /* not 0: pixels are shaded by a compute shader */
     uint64_t     self_of;               /* which scene's places self has; 0 = nothing was said */
 };
 
@@ -294,7 +302,9 @@ struct glbk_sfield_haar {               /* the light of a picture; read only; ze
     X(uint, unused0, 1) X(uint, unused1, 1)
 
 #define GLBK_HAAR_BLOCKS(X) X(glbk_haar_batch, 4, GLBK_HAAR_BATCH_MEMBERS)
-#define GLBK_HAAR_STORAGE(X)
+/* The compute shader keeps T there if shared memory has no room for it. */
+#define GLBK_HAAR_STORAGE(X) X(restrict, float, glbk_haar_left, 0)
+
 #define GLBK_HAAR_IMAGES(X)
 
 GLBK__PART(HAAR)
@@ -416,15 +426,18 @@ static const struct { char facts[39];
 };
 
 static const struct { char facts[27];
-    char s0[149]; char end; } glbk__glsl_lib_haar_bindings_glsl GLBK__TIGHT = {
+    char s0[268]; char end; } glbk__glsl_lib_haar_bindings_glsl GLBK__TIGHT = {
     "lib/haar_bindings.glsl\0" "" "\0" "" "\0"
     "" "\0" "",
     "\nuniform usampler2D glbk_haar_what,glbk_haar_corner,glbk_haar_weight,glbk_haar_met,\n"
-    "glbk_haar_cubes,glbk_haar_lower,glbk_haar_upper,glbk_haar_sums;\n", 0
+    "glbk_haar_cubes,glbk_haar_lower,glbk_haar_upper,glbk_haar_sums;\n"
+    "#if __VERSION__ >= 430\n"
+    "layout(std430,binding=0)restrict buffer glbk_haar_left_storage{float glbk_haar_left[];};\n"
+    "#endif\n", 0
 };
 
 static const struct { char facts[87];
-    char s0[1354]; char end; } glbk__glsl_lib_sfield_haar_glsl GLBK__TIGHT = {
+    char s0[1768]; char end; } glbk__glsl_lib_sfield_haar_glsl GLBK__TIGHT = {
     "lib/sfield_haar.glsl\0" "table sfield_bindings sfield_contents haar_bindings haar_batch" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\n\n\n#define SFIELD_TEXEL(i) texelFetch(glbk_sfield_table, glbk_table_at(i), 0)\n"
@@ -464,11 +477,136 @@ static const struct { char facts[87];
     "vec3 z=vec3(sign_of*s,-t,sign_of);\n"
     "return face<2u?x:face<4u?y:z;\n"
     "}\n"
-    "\n\nvec2 sfield_middle(ivec2 texel){return(2.*vec2(texel)+1.)/float(glbk_haar_batch.side)-1.;}\n", 0
+    "\n\nvec2 sfield_middle(ivec2 texel){return(2.*vec2(texel)+1.)/float(glbk_haar_batch.side)-1.;}\n"
+    "\n\nuint sfield_share(uvec4 what,vec4 corner,uvec4 weight,uint side,uint i,out float share)\n"
+    "{\n"
+    "bool right=(i&1u)!=0u,up=(i&2u)!=0u,outer=(i&4u)!=0u,after=(i&8u)!=0u;\n"
+    "vec4 shells=uintBitsToFloat(weight);\n"
+    "share=up?(right?corner.w:corner.z):(right?corner.y:corner.x);\n"
+    "share*=(outer?shells.y:shells.x)*(after?shells.z:1.-shells.z);\n"
+    "return what.y+(right?1u:0u)+(up?side:0u)+(outer?6u*side*side:0u)+\n"
+    "(after?weight.w:0u);\n"
+    "}\n", 0
+};
+
+static const struct { char facts[54];
+    char s0[2753]; char end; } glbk__glsl_lib_sfield_haar_list_glsl GLBK__TIGHT = {
+    "lib/sfield_haar_list.glsl\0" "sfield_haar sfield_field" "\0" "" "\0"
+    "" "\0" "",
+    "\n\n\nbool sfield_after(float d2,uint id,float of,uint other){return d2>of||(d2==of&&id>other);}\n"
+    "\n\nfloat sfield_reach(uint entity,vec3 position,vec3 normal,out vec3 v)\n"
+    "{\n"
+    "vec4 place=uintBitsToFloat(sfield_entity(entity,0u));\n"
+    "v=place.xyz-position;\n"
+    "float d2=dot(v,v);\n"
+    "bool counts=d2<place.w&&dot(v,normal)>-uintBitsToFloat(sfield_entity(entity,3u).w);\n"
+    "return counts?d2:-1.;\n"
+    "}\n"
+    "\n\n\n\nvoid sfield_find(vec3 position,vec3 normal,uint own,uint first,uint step,inout float d2,inout uint id)\n"
+    "{\n"
+    "float best=3e38;\n"
+    "uint found=SFIELD_NONE;\n"
+    "for(uint e=first;e<glbk_sfield_contents.entity_count;e+=step){\n"
+    "vec4 source=uintBitsToFloat(sfield_entity(e,1u));\n"
+    "vec3 v,w=source.xyz-position;\n"
+    "float far=sfield_reach(e,position,normal,v),light=source.w>.0?dot(w,w):-1.;\n"
+    "for(uint k=0u;k<4u;k++){\n"
+    "float d=k==3u?far:light;\n"
+    "uint n=4u*e+k;\n"
+    "bool counts=e+1u!=own&&d>=.0;\n"
+    "if(counts&&sfield_after(d,n,d2,id)&&sfield_after(best,found,d,n)){\n"
+    "best=d;\n"
+    "found=n;\n"
+    "}\n"
+    "}\n"
+    "}\n"
+    "d2=best;\n"
+    "id=found;\n"
+    "}\n"
+    "\n\nbool sfield_hidden(vec3 position,vec3 normal,uint own,uint first,uint step,float d2,uint id)\n"
+    "{\n"
+    "uint a=id>>2;\n"
+    "vec3 v=uintBitsToFloat(sfield_entity(a,0u).xyz)-position;\n"
+    "float sin_a=uintBitsToFloat(sfield_entity(a,3u).w)*inversesqrt(d2);\n"
+    "bool hidden=false;\n"
+    "for(uint b=first;b<glbk_sfield_contents.entity_count;b+=step){\n"
+    "vec3 w;\n"
+    "float inscribed=uintBitsToFloat(sfield_entity(b,2u).w);\n"
+    "float reach=uintBitsToFloat(sfield_entity(b,0u).w);\n"
+    "float e2=sfield_reach(b,position,normal,w),sin_b=inscribed*inversesqrt(max(e2,1e-30));\n"
+    "float cosines=sqrt(max(1.-sin_a*sin_a,.0)*max(1.-sin_b*sin_b,.0));\n"
+    "bool counts=b!=a&&b+1u!=own&&inscribed>.0&&inscribed*inscribed<e2;\n"
+    "bool nearer=sfield_after(d2,id,e2,4u*b+3u)&&e2<=.5625*reach;\n"
+    "bool within=sin_a<sin_b&&dot(v,w)>=(cosines+sin_a*sin_b)*sqrt(d2*e2);\n"
+    "hidden=hidden||(counts&&nearer&&within);\n"
+    "}\n"
+    "return hidden;\n"
+    "}\n"
+    "\n\nvoid sfield_surround(vec3 position,float d2,uint id,out uvec4 what,out uvec4 corner,out uvec4 weight)\n"
+    "{\n"
+    "uint entity=id>>2,before,after;\n"
+    "bool hides=(id&3u)==3u;\n"
+    "uint field=hides?sfield_entity(entity,5u).x:sfield_entity(entity,5u).y;\n"
+    "vec4 reach=uintBitsToFloat(sfield_entity(entity,0u));\n"
+    "vec4 sphere=hides?vec4(reach.xyz,uintBitsToFloat(sfield_entity(entity,3u).w))\n"
+    ":uintBitsToFloat(sfield_entity(entity,1u));\n"
+    "sfield_place place=sfield_locate(field,sfield_turn(entity,position-sphere.xyz)/sphere.w);\n"
+    "float fade=hides?clamp(4.*(1.-sqrt(d2)*inversesqrt(reach.w)),.0,1.):1.;\n"
+    "uvec4 head=SFIELD_TEXEL(field);\n"
+    "uint frame=6u*head.w*head.w*head.z;\n"
+    "float t=sfield_frames(field,uintBitsToFloat(sfield_entity(entity,4u).w),before,after);\n"
+    "uint kind=hides?SFIELD_OCCLUDER:SFIELD_LIGHT+(id&3u);\n"
+    "what=uvec4(kind,place.first+before*frame,entity,field);\n"
+    "corner=floatBitsToUint(place.corner);\n"
+    "weight=uvec4(floatBitsToUint(vec3(place.weight*fade,t)),after*frame-before*frame);\n"
+    "}\n", 0
+};
+
+static const struct { char facts[41];
+    char s0[1174]; char end; } glbk__glsl_lib_sfield_haar_turn_glsl GLBK__TIGHT = {
+    "lib/sfield_haar_turn.glsl\0" "sfield_haar" "\0" "" "\0"
+    "" "\0" "",
+    "\n\n\n\nuint sfield_to_face(vec3 d,out vec2 st)\n"
+    "{\n"
+    "vec3 a=abs(d);\n"
+    "bool on_x=a.x>=a.y&&a.x>=a.z,on_y=!on_x&&a.y>=a.z;\n"
+    "float axis=on_x?d.x:on_y?d.y:d.z;\n"
+    "st=on_x?vec2(axis>.0?-d.z:d.z,-d.y):on_y?vec2(d.x,axis>.0?d.z:-d.z)\n"
+    ":vec2(axis>.0?d.x:-d.x,-d.y);\n"
+    "st/=abs(axis);\n"
+    "return(on_x?0u:on_y?2u:4u)+(axis>.0?0u:1u);\n"
+    "}\n"
+    "\n\n\nivec2 sfield_wrap(inout uint face,ivec2 texel)\n"
+    "{\n"
+    "int side=int(glbk_haar_batch.side);\n"
+    "vec2 st;\n"
+    "if(all(greaterThanEqual(texel,ivec2(0)))&&all(lessThan(texel,ivec2(side))))return texel;\n"
+    "face=sfield_to_face(sfield_from_face(face,sfield_middle(texel)),st);\n"
+    "return clamp(ivec2((st+1.)*(.5*float(side))),ivec2(0),ivec2(side-1));\n"
+    "}\n"
+    "\n\nfloat sfield_tap(uint cube,uint face,ivec2 texel);\n"
+    "\n\nfloat sfield_between(uint cube,vec3 d)\n"
+    "{\n"
+    "vec2 st;\n"
+    "uint face=sfield_to_face(d,st);\n"
+    "vec2 at=(st+1.)*(.5*float(glbk_haar_batch.side))-.5,low=floor(at);\n"
+    "float sum=.0;\n"
+    "for(int k=0;k<4;k++){\n"
+    "ivec2 step_by=ivec2(k&1,k>>1);\n"
+    "vec2 part=at-low;\n"
+    "float x=step_by.x==0?1.-part.x:part.x,y=step_by.y==0?1.-part.y:part.y;\n"
+    "sum+=x*y*sfield_tap(cube,face,ivec2(low)+step_by);\n"
+    "}\n"
+    "return sum;\n"
+    "}\n"
+    "\n\nvec3 sfield_direction(uint face,ivec2 texel)\n"
+    "{\n"
+    "return normalize(sfield_from_face(face,sfield_middle(texel)));\n"
+    "}\n", 0
 };
 
 static const struct { char facts[51];
-    char s0[2684]; char end; } glbk__glsl_prog_sfield_haar_cubes_frag GLBK__TIGHT = {
+    char s0[2451]; char end; } glbk__glsl_prog_sfield_haar_cubes_frag GLBK__TIGHT = {
     "prog/sfield_haar_cubes.frag\0" "sfield_haar gbuffer" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\nlayout(location=0)out uvec4 quad;\n"
@@ -529,11 +667,8 @@ static const struct { char facts[51];
     "uint side=SFIELD_TEXEL(what.w).w,channel=what.x<SFIELD_LIGHT?0u:what.x-SFIELD_LIGHT;\n"
     "uvec4 parts=SFIELD_TEXEL(what.w+1u);\n"
     "for(uint i=0u;i<(shells.z>.0?16u:8u);i++){\n"
-    "bool right=(i&1u)!=0u,up=(i&2u)!=0u,outer=(i&4u)!=0u,after=(i&8u)!=0u;\n"
-    "float w=up?(right?corner.w:corner.z):(right?corner.y:corner.x);\n"
-    "uint sample_at=what.y+(right?1u:0u)+(up?side:0u);\n"
-    "sample_at+=(outer?6u*side*side:0u)+(after?weight.w:0u);\n"
-    "w*=(outer?shells.y:shells.x)*(after?shells.z:1.-shells.z);\n"
+    "float w;\n"
+    "uint sample_at=sfield_share(what,corner,weight,side,i,w);\n"
     "if(w>.0)\n"
     "sum+=\n"
     "w*sfield_descend(parts.y+(6u*sample_at+face)*parts.x,parts.x,channel,at,levels);\n"
@@ -542,60 +677,27 @@ static const struct { char facts[51];
     "}\n", 0
 };
 
-static const struct { char facts[51];
-    char s0[3993]; char s1[217]; char end; } glbk__glsl_prog_sfield_haar_light_frag GLBK__TIGHT = {
-    "prog/sfield_haar_light.frag\0" "sfield_haar gbuffer" "\0" "" "\0"
+static const struct { char facts[56];
+    char s0[3178]; char end; } glbk__glsl_prog_sfield_haar_light_frag GLBK__TIGHT = {
+    "prog/sfield_haar_light.frag\0" "sfield_haar_turn gbuffer" "\0" "" "\0"
     "" "\0" "",
     "\n\n\n\nlayout(location=0)out uvec4 lower;\n"
     "layout(location=1)out uvec4 upper;\n"
     "layout(location=2)out uvec4 light;\n"
-    "\n\nuint sfield_to_face(vec3 d,out vec2 st)\n"
-    "{\n"
-    "vec3 a=abs(d);\n"
-    "bool on_x=a.x>=a.y&&a.x>=a.z,on_y=!on_x&&a.y>=a.z;\n"
-    "float axis=on_x?d.x:on_y?d.y:d.z;\n"
-    "st=on_x?vec2(axis>.0?-d.z:d.z,-d.y):on_y?vec2(d.x,axis>.0?d.z:-d.z)\n"
-    ":vec2(axis>.0?d.x:-d.x,-d.y);\n"
-    "st/=abs(axis);\n"
-    "return(on_x?0u:on_y?2u:4u)+(axis>.0?0u:1u);\n"
-    "}\n"
     "\n\nfloat sfield_tap(uint cube,uint face,ivec2 texel)\n"
     "{\n"
-    "int side=int(glbk_haar_batch.side);\n"
-    "if(any(lessThan(texel,ivec2(0)))||any(greaterThanEqual(texel,ivec2(side)))){\n"
-    "vec2 st;\n"
-    "face=sfield_to_face(sfield_from_face(face,sfield_middle(texel)),st);\n"
-    "texel=clamp(ivec2((st+1.)*(.5*float(side))),ivec2(0),ivec2(side-1));\n"
-    "}\n"
-    "uvec2 half_side=uvec2(side/2);\n"
-    "uvec4 quad=texelFetch(glbk_haar_cubes,sfield_square(cube,glbk_haar_batch.columns,face,\n"
-    "uvec2(texel)/2u,half_side),0);\n"
+    "texel=sfield_wrap(face,texel);\n"
+    "uvec4 quad=texelFetch(glbk_haar_cubes,\n"
+    "sfield_square(cube,glbk_haar_batch.columns,face,uvec2(texel)/2u,\n"
+    "uvec2(glbk_haar_batch.side/2u)),0);\n"
     "bool right=(texel.x&1)!=0,up=(texel.y&1)!=0;\n"
     "return uintBitsToFloat(up?(right?quad.w:quad.z):(right?quad.y:quad.x));\n"
-    "}\n"
-    "\n\nfloat sfield_between(uint cube,vec3 d)\n"
-    "{\n"
-    "vec2 st;\n"
-    "uint face=sfield_to_face(d,st);\n"
-    "vec2 at=(st+1.)*(.5*float(glbk_haar_batch.side))-.5,low=floor(at);\n"
-    "float sum=.0;\n"
-    "for(int k=0;k<4;k++){\n"
-    "ivec2 step_by=ivec2(k&1,k>>1);\n"
-    "vec2 part=at-low;\n"
-    "float x=step_by.x==0?1.-part.x:part.x,y=step_by.y==0?1.-part.y:part.y;\n"
-    "sum+=x*y*sfield_tap(cube,face,ivec2(low)+step_by);\n"
-    "}\n"
-    "return sum;\n"
     "}\n"
     "\n\nvec4 sfield_component(int k,float x)\n"
     "{\n"
     "return mix(vec4(.0),vec4(x),equal(ivec4(k),ivec4(0,1,2,3)));\n"
     "}\n"
     "\n\nivec2 sfield_step(int i){return ivec2((i&1)+2*(i>>2),i>>1&1);}\n"
-    "\n\nvec3 sfield_direction(uint face,ivec2 texel)\n"
-    "{\n"
-    "return normalize(sfield_from_face(face,sfield_middle(texel)));\n"
-    "}\n"
     "\n\nvec4 sfield_sky(uint face,ivec2 texel)\n"
     "{\n"
     "uint side=glbk_haar_batch.side,at=(face*side+uint(texel.y))*side+uint(texel.x);\n"
@@ -656,7 +758,7 @@ static const struct { char facts[51];
     "sums.xyz+=(dot(a,p)+dot(b,q))*tint;\n"
     "}\n"
     "}\n"
-    "for(int i=0;i<8&&!dark&&glbk_haar_batch.last!=0u;i++){\n",
+    "for(int i=0;i<8&&!dark&&glbk_haar_batch.last!=0u;i++){\n"
     "float t=dot(sfield_component(i,1.),a)+dot(sfield_component(i-4,1.),b);\n"
     "sums+=vec4(t*sfield_sky(face,corner+sfield_step(i)).xyz,t);\n"
     "}\n"
@@ -666,81 +768,14 @@ static const struct { char facts[51];
     "}\n", 0
 };
 
-static const struct { char facts[77];
-    char s0[3838]; char end; } glbk__glsl_prog_sfield_haar_list_frag GLBK__TIGHT = {
-    "prog/sfield_haar_list.frag\0" "sfield_haar sfield_field gbuffer" "\0" "" "\0"
+static const struct { char facts[69];
+    char s0[1234]; char end; } glbk__glsl_prog_sfield_haar_list_frag GLBK__TIGHT = {
+    "prog/sfield_haar_list.frag\0" "sfield_haar_list gbuffer" "\0" "" "\0"
     "SFIELD_BANDS=1" "\0" "",
     "\n\n\n\n\nlayout(location=0)out uvec4 what;\n"
     "layout(location=1)out uvec4 corner;\n"
     "layout(location=2)out uvec4 weight;\n"
     "layout(location=3)out uvec4 met;\n"
-    "\n\nbool sfield_after(float d2,uint id,float of,uint other){return d2>of||(d2==of&&id>other);}\n"
-    "\n\nfloat sfield_reach(uint entity,vec3 position,vec3 normal,out vec3 v)\n"
-    "{\n"
-    "vec4 place=uintBitsToFloat(sfield_entity(entity,0u));\n"
-    "v=place.xyz-position;\n"
-    "float d2=dot(v,v);\n"
-    "bool counts=d2<place.w&&dot(v,normal)>-uintBitsToFloat(sfield_entity(entity,3u).w);\n"
-    "return counts?d2:-1.;\n"
-    "}\n"
-    "\n\n\nvoid sfield_find(vec3 position,vec3 normal,uint own,inout float d2,inout uint id)\n"
-    "{\n"
-    "float best=3e38;\n"
-    "uint found=SFIELD_NONE;\n"
-    "for(uint e=0u;e<glbk_sfield_contents.entity_count;e++){\n"
-    "vec4 source=uintBitsToFloat(sfield_entity(e,1u));\n"
-    "vec3 v,w=source.xyz-position;\n"
-    "float far=sfield_reach(e,position,normal,v),light=source.w>.0?dot(w,w):-1.;\n"
-    "for(uint k=0u;k<4u;k++){\n"
-    "float d=k==3u?far:light;\n"
-    "uint n=4u*e+k;\n"
-    "bool counts=e+1u!=own&&d>=.0;\n"
-    "if(counts&&sfield_after(d,n,d2,id)&&sfield_after(best,found,d,n)){\n"
-    "best=d;\n"
-    "found=n;\n"
-    "}\n"
-    "}\n"
-    "}\n"
-    "d2=best;\n"
-    "id=found;\n"
-    "}\n"
-    "\n\nbool sfield_hidden(vec3 position,vec3 normal,uint own,float d2,uint id)\n"
-    "{\n"
-    "uint a=id>>2;\n"
-    "vec3 v=uintBitsToFloat(sfield_entity(a,0u).xyz)-position;\n"
-    "float sin_a=uintBitsToFloat(sfield_entity(a,3u).w)*inversesqrt(d2);\n"
-    "bool hidden=false;\n"
-    "for(uint b=0u;b<glbk_sfield_contents.entity_count;b++){\n"
-    "vec3 w;\n"
-    "float inscribed=uintBitsToFloat(sfield_entity(b,2u).w);\n"
-    "float reach=uintBitsToFloat(sfield_entity(b,0u).w);\n"
-    "float e2=sfield_reach(b,position,normal,w),sin_b=inscribed*inversesqrt(max(e2,1e-30));\n"
-    "float cosines=sqrt(max(1.-sin_a*sin_a,.0)*max(1.-sin_b*sin_b,.0));\n"
-    "bool counts=b!=a&&b+1u!=own&&inscribed>.0&&inscribed*inscribed<e2;\n"
-    "bool nearer=sfield_after(d2,id,e2,4u*b+3u)&&e2<=.5625*reach;\n"
-    "bool within=sin_a<sin_b&&dot(v,w)>=(cosines+sin_a*sin_b)*sqrt(d2*e2);\n"
-    "hidden=hidden||(counts&&nearer&&within);\n"
-    "}\n"
-    "return hidden;\n"
-    "}\n"
-    "\n\nvoid sfield_put(vec3 position,float d2,uint id)\n"
-    "{\n"
-    "uint entity=id>>2,before,after;\n"
-    "bool hides=(id&3u)==3u;\n"
-    "uint field=hides?sfield_entity(entity,5u).x:sfield_entity(entity,5u).y;\n"
-    "vec4 reach=uintBitsToFloat(sfield_entity(entity,0u));\n"
-    "vec4 sphere=hides?vec4(reach.xyz,uintBitsToFloat(sfield_entity(entity,3u).w))\n"
-    ":uintBitsToFloat(sfield_entity(entity,1u));\n"
-    "sfield_place place=sfield_locate(field,sfield_turn(entity,position-sphere.xyz)/sphere.w);\n"
-    "float fade=hides?clamp(4.*(1.-sqrt(d2)*inversesqrt(reach.w)),.0,1.):1.;\n"
-    "uvec4 head=SFIELD_TEXEL(field);\n"
-    "uint frame=6u*head.w*head.w*head.z;\n"
-    "float t=sfield_frames(field,uintBitsToFloat(sfield_entity(entity,4u).w),before,after);\n"
-    "uint kind=hides?SFIELD_OCCLUDER:SFIELD_LIGHT+(id&3u);\n"
-    "what=uvec4(kind,place.first+before*frame,entity,field);\n"
-    "corner=floatBitsToUint(place.corner);\n"
-    "weight=uvec4(floatBitsToUint(vec3(place.weight*fade,t)),after*frame-before*frame);\n"
-    "}\n"
     "\nvoid main()\n"
     "{\n"
     "uint rest=uint(gl_FragCoord.x),point=uint(gl_FragCoord.y),id=0u,root=0u;\n"
@@ -765,13 +800,270 @@ static const struct { char facts[77];
     "}\n"
     "if(root!=0u)rest--;\n"
     "for(uint more=rest+1u;more>0u&&id!=SFIELD_NONE;){\n"
-    "sfield_find(p.position,p.normal,p.entity,d2,id);\n"
+    "sfield_find(p.position,p.normal,p.entity,0u,1u,d2,id);\n"
     "bool hides=(id&3u)==3u&&id!=SFIELD_NONE;\n"
-    "if(!hides||!sfield_hidden(p.position,p.normal,p.entity,d2,id))more--;\n"
+    "if(!hides||!sfield_hidden(p.position,p.normal,p.entity,0u,1u,d2,id))more--;\n"
     "}\n"
     "if(id==SFIELD_NONE)return;\n"
     "met=uvec4(floatBitsToUint(d2),id,0u,0u);\n"
-    "sfield_put(p.position,d2,id);\n"
+    "sfield_surround(p.position,d2,id,what,corner,weight);\n"
+    "}\n", 0
+};
+
+static const struct { char facts[134];
+    char s0[3957]; char s1[3936]; char end; } glbk__glsl_prog_sfield_haar_shade_comp GLBK__TIGHT = {
+    "prog/sfield_haar_shade.comp\0" "sfield_haar_turn sfield_haar_list gbuffer" "\0" "" "\0"
+    "SFIELD_BANDS=1 SFIELD_SIDE=16 | SFIELD_BANDS=1 SFIELD_SIDE=32" "\0" "",
+    "\n\n\n\n\n\n\n#ifndef SFIELD_SIDE\n"
+    "#define SFIELD_SIDE 16\n"
+    "#endif\n"
+    "#define SFIELD_FACE uint(SFIELD_SIDE * SFIELD_SIDE)\n"
+    "#define SFIELD_GROUP 64u\n"
+    "#define SFIELD_RIM uint(SFIELD_SIDE + 2)\n"
+    "#define SFIELD_EACH(i, count) (uint i = gl_LocalInvocationIndex; i < count; i += SFIELD_GROUP)\n"
+    "#define SFIELD_HAS(faces, face) ((faces >> (face) & 1u) != 0u)\n"
+    "layout(local_size_x=64)in;\n"
+    "\nshared float sfield_w[6*(SFIELD_SIDE+2)*(SFIELD_SIDE+2)];\n"
+    "#if SFIELD_SIDE > 16\n"
+    "#define SFIELD_T(i) glbk_haar_left[(gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * 6u * \\\n"
+    "SFIELD_FACE + (i)]\n"
+    "#else\n"
+    "shared float sfield_t[6*SFIELD_SIDE*SFIELD_SIDE];\n"
+    "#define SFIELD_T(i) sfield_t[i]\n"
+    "#endif\n"
+    "shared uint sfield_least,sfield_next,sfield_covered,sfield_faces;\n"
+    "shared uvec3 sfield_samples[16];\n"
+    "shared vec4 sfield_parts[64];\n"
+    "\n\nvoid sfield_wait()\n"
+    "{\n"
+    "memoryBarrierShared();\n"
+    "barrier();\n"
+    "}\n"
+    "\n\nuint sfield_at(uint face,uint x,uint y){return(face*SFIELD_RIM+y+1u)*SFIELD_RIM+x+1u;}\n"
+    "\nfloat sfield_tap(uint cube,uint face,ivec2 texel)\n"
+    "{\n"
+    "return sfield_w[cube+sfield_at(face,uint(texel.x),uint(texel.y))];\n"
+    "}\n"
+    "\n\nivec2 sfield_texel_of(uint i)\n"
+    "{\n"
+    "return ivec2(i%uint(SFIELD_SIDE),i/uint(SFIELD_SIDE)%uint(SFIELD_SIDE));\n"
+    "}\n"
+    "\nuint sfield_w_of(uint i)\n"
+    "{\n"
+    "ivec2 texel=sfield_texel_of(i);\n"
+    "return sfield_at(i/SFIELD_FACE,uint(texel.x),uint(texel.y));\n"
+    "}\n"
+    "\n\nvec4 sfield_sky(uint i){return uintBitsToFloat(SFIELD_MOVING(glbk_sfield_contents.sky_texel+i));}\n"
+    "\n\nfloat sfield_short(uint word){return float(int(word<<16)>>16);}\n"
+    "\n\n\nvoid sfield_transform(bool to_texels,uint faces)\n"
+    "{\n"
+    "for(uint step=1u;step<uint(SFIELD_SIDE);step*=2u){\n"
+    "uint quarter=to_texels?uint(SFIELD_SIDE)/2u/step:step;\n"
+    "uint row=uint(SFIELD_SIDE)/2u/quarter;\n"
+    "sfield_wait();\n"
+    "for SFIELD_EACH(i,6u*row*row){\n"
+    "uint face=i/(row*row),x=i%row,y=i/row%row;\n"
+    "if(!SFIELD_HAS(faces,face))continue;\n"
+    "uint at=sfield_at(face,2u*quarter*x,2u*quarter*y),up=at+quarter*SFIELD_RIM;\n"
+    "float a=sfield_w[at]+sfield_w[at+quarter],b=sfield_w[at]-sfield_w[at+quarter];\n"
+    "float c=sfield_w[up]+sfield_w[up+quarter],d=sfield_w[up]-sfield_w[up+quarter];\n"
+    "sfield_w[at]=.5*(a+c);\n"
+    "sfield_w[at+quarter]=.5*(b+d);\n"
+    "sfield_w[up]=.5*(a-c);\n"
+    "sfield_w[up+quarter]=.5*(b-d);\n"
+    "}\n"
+    "}\n"
+    "sfield_wait();\n"
+    "}\n"
+    "\nvoid sfield_clear(uint faces)\n"
+    "{\n"
+    "sfield_wait();\n"
+    "for SFIELD_EACH(i,6u*SFIELD_FACE)\n"
+    "if(SFIELD_HAS(faces,i/SFIELD_FACE))sfield_w[sfield_w_of(i)]=.0;\n"
+    "}\n"
+    "\n\n\nvoid sfield_expand(uint count,uint channel,bool turned)\n"
+    "{\n"
+    "for(uint k=0u;k<count;k++){\n"
+    "uvec3 list=sfield_samples[k];\n"
+    "if(list.y==0u)continue;\n"
+    "sfield_wait();\n"
+    "for SFIELD_EACH(i,(list.y+3u)/4u){\n"
+    "uvec4 words=SFIELD_TEXEL(list.x+i);\n"
+    "for(int n=0;n<4;n++){\n"
+    "if(4u*i+uint(n)>=list.y||(channel<3u&&(n&1)!=0))continue;\n"
+    "uint value=channel==1u?words[n|1]>>16:channel==2u?words[n|1]:words[n];\n"
+    "sfield_w[words[n]>>16]+=uintBitsToFloat(list.z)*sfield_short(value);\n"
+    "}\n"
+    "}\n"
+    "}\n"
+    "sfield_transform(true,sfield_faces);\n"
+    "if(!turned)return;\n"
+    "for SFIELD_EACH(i,24u*(SFIELD_RIM-1u)){\n"
+    "uint face=i/(4u*(SFIELD_RIM-1u)),from=face,along=i%(SFIELD_RIM-1u);\n"
+    "uint side=i/(SFIELD_RIM-1u)%4u,last=SFIELD_RIM-1u;\n"
+    "uvec2 at=side<2u?uvec2(along+side,side*last)\n"
+    ":uvec2((side-2u)*last,along+3u-side);\n"
+    "ivec2 texel=sfield_wrap(from,ivec2(at)-1);\n"
+    "sfield_w[(face*SFIELD_RIM+at.y)*SFIELD_RIM+at.x]=sfield_tap(0u,from,texel);\n"
+    "}\n"
+    "sfield_wait();\n"
+    "}\n"
+    "\n\nvec3 sfield_shine(uint count)\n"
+    "{\n"
+    "vec3 sum=vec3(.0);\n"
+    "for(uint k=0u;k<count;k++){\n"
+    "uvec3 list=sfield_samples[k];\n"
+    "for SFIELD_EACH(i,(list.y+3u)/4u){\n"
+    "uvec4 words=SFIELD_TEXEL(list.x+i);\n"
+    "for(int n=0;n<4;n+=2){\n"
+    "vec3 rgb=vec3(sfield_short(words[n]),sfield_short(words[n+1]>>16),\n"
+    "sfield_short(words[n+1]));\n"
+    "if(4u*i+uint(n)<list.y)\n"
+    "sum+=sfield_w[words[n]>>16]*uintBitsToFloat(list.z)*rgb;\n"
+    "}\n"
+    "}\n"
+    "}\n"
+    "return sum;\n"
+    "}\n"
+    "\n\nmat3 sfield_turn_of(uint entity)\n"
+    "{\n"
+    "return transpose(mat3(uintBitsToFloat(sfield_entity(entity,2u).xyz),\n"
+    "uintBitsToFloat(sfield_entity(entity,3u).xyz),\n"
+    "uintBitsToFloat(sfield_entity(entity,4u).xyz)));\n"
+    "}\n"
+    "\n\nfloat sfield_seen(uint i,mat3 turn,uint faces)\n"
+    "{\n"
+    "vec3 d=turn*sfield_from_face(i/SFIELD_FACE,sfield_middle(sfield_texel_of(i)));\n"
+    "vec2 st;\n"
+    "uint face=sfield_to_face(d,st);\n",
+    "bool inside=max(abs(st.x),abs(st.y))<1.-1./float(SFIELD_SIDE);\n"
+    "float seen=.0;\n"
+    "if(!inside||SFIELD_HAS(faces,face))seen=sfield_between(0u,d);\n"
+    "return seen;\n"
+    "}\n"
+    "\n\nvoid sfield_hide(uint count,uint entity)\n"
+    "{\n"
+    "bool turned=sfield_is_turned(entity);\n"
+    "uint faces=sfield_faces;\n"
+    "if(faces==0u)return;\n"
+    "sfield_expand(count,3u,turned);\n"
+    "if(turned){\n"
+    "mat3 turn=sfield_turn_of(entity);\n"
+    "for SFIELD_EACH(i,6u*SFIELD_FACE)\n"
+    "if(SFIELD_T(i)!=.0){\n"
+    "float hidden=sfield_seen(i,turn,faces);\n"
+    "if(hidden!=.0)SFIELD_T(i)*=1.-hidden;\n"
+    "}\n"
+    "}else{\n"
+    "for SFIELD_EACH(i,6u*SFIELD_FACE)\n"
+    "if(SFIELD_HAS(faces,i/SFIELD_FACE))SFIELD_T(i)*=1.-sfield_w[sfield_w_of(i)];\n"
+    "}\n"
+    "sfield_clear(faces);\n"
+    "}\n"
+    "\n\nvec3 sfield_light(uint entity)\n"
+    "{\n"
+    "uint faces=sfield_faces;\n"
+    "vec3 rgb=vec3(.0);\n"
+    "if(faces==0u)return rgb;\n"
+    "if(sfield_is_turned(entity)){\n"
+    "mat3 turn=sfield_turn_of(entity);\n"
+    "for(uint c=0u;c<3u;c++){\n"
+    "vec3 channel=vec3(equal(uvec3(c),uvec3(0u,1u,2u)));\n"
+    "sfield_expand(16u,c,true);\n"
+    "for SFIELD_EACH(i,6u*SFIELD_FACE)\n"
+    "if(SFIELD_T(i)!=.0)rgb+=SFIELD_T(i)*sfield_seen(i,turn,faces)*channel;\n"
+    "sfield_clear(faces);\n"
+    "}\n"
+    "}else{\n"
+    "for SFIELD_EACH(i,6u*SFIELD_FACE)\n"
+    "if(SFIELD_HAS(faces,i/SFIELD_FACE))sfield_w[sfield_w_of(i)]=SFIELD_T(i);\n"
+    "sfield_transform(false,faces);\n"
+    "rgb=sfield_shine(16u);\n"
+    "sfield_clear(faces);\n"
+    "}\n"
+    "return rgb*uintBitsToFloat(sfield_entity(entity,6u).xyz);\n"
+    "}\n"
+    "\n\nbool sfield_choose(float mine,uint id,out float d2,out uint chosen)\n"
+    "{\n"
+    "if(gl_LocalInvocationIndex==0u){\n"
+    "sfield_least=sfield_next=SFIELD_NONE;\n"
+    "sfield_covered=sfield_faces=0u;\n"
+    "}\n"
+    "sfield_wait();\n"
+    "if(id!=SFIELD_NONE)atomicMin(sfield_least,floatBitsToUint(mine));\n"
+    "sfield_wait();\n"
+    "if(id!=SFIELD_NONE&&floatBitsToUint(mine)==sfield_least)atomicMin(sfield_next,id);\n"
+    "sfield_wait();\n"
+    "d2=uintBitsToFloat(sfield_least);\n"
+    "chosen=sfield_next;\n"
+    "return chosen!=SFIELD_NONE;\n"
+    "}\n"
+    "\n\nvoid sfield_collect(vec3 position,float d2,uint id)\n"
+    "{\n"
+    "uvec4 what,corner,weight,head=uvec4(0u);\n"
+    "float share;\n"
+    "if(gl_LocalInvocationIndex>=16u)return;\n"
+    "sfield_surround(position,d2,id,what,corner,weight);\n"
+    "uint at=sfield_share(what,uintBitsToFloat(corner),weight,SFIELD_TEXEL(what.w).w,\n"
+    "gl_LocalInvocationIndex,share);\n"
+    "if(share>.0)head=SFIELD_TEXEL(SFIELD_TEXEL(what.w+1u).y+at);\n"
+    "share*=uintBitsToFloat(head.z);\n"
+    "sfield_samples[gl_LocalInvocationIndex]=uvec3(head.xy,floatBitsToUint(share));\n"
+    "atomicOr(sfield_faces,head.w);\n"
+    "}\n"
+    "\n\nvec3 sfield_walk(glbk_point p)\n"
+    "{\n"
+    "vec3 sum=vec3(.0);\n"
+    "float mine=-1.,d2;\n"
+    "uint me=gl_LocalInvocationIndex,found=0u,id;\n"
+    "sfield_find(p.position,p.normal,p.entity,me,SFIELD_GROUP,mine,found);\n"
+    "while(sfield_choose(mine,found,d2,id)){\n"
+    "bool hides=(id&3u)==3u;\n"
+    "if(found==id){\n"
+    "if(!hides)found+=2u;\n"
+    "sfield_find(p.position,p.normal,p.entity,me,SFIELD_GROUP,mine,found);\n"
+    "}\n"
+    "if(hides&&sfield_hidden(p.position,p.normal,p.entity,me,SFIELD_GROUP,d2,id))\n"
+    "atomicOr(sfield_covered,1u);\n"
+    "sfield_collect(p.position,d2,id);\n"
+    "sfield_wait();\n"
+    "if(hides&&sfield_covered==0u)sfield_hide(16u,id>>2);\n"
+    "if(!hides)sum+=sfield_light(id>>2);\n"
+    "sfield_wait();\n"
+    "}\n"
+    "return sum;\n"
+    "}\n"
+    "\nvoid main()\n"
+    "{\n"
+    "ivec2 at=ivec2(glbk_haar_batch.left,glbk_haar_batch.bottom)+ivec2(gl_WorkGroupID.xy);\n"
+    "uint me=gl_LocalInvocationIndex,own=0u;\n"
+    "vec4 sums=vec4(.0);\n"
+    "glbk_point p;\n"
+    "if(glbk_read_point(at,p)){\n"
+    "for SFIELD_EACH(i,6u*SFIELD_FACE){\n"
+    "vec3 direction=sfield_direction(i/SFIELD_FACE,sfield_texel_of(i));\n"
+    "SFIELD_T(i)=max(dot(direction,p.normal),.0)*sfield_sky(i).w;\n"
+    "sfield_w[sfield_w_of(i)]=.0;\n"
+    "}\n"
+    "if(glbk_haar_batch.own!=0u)own=texelFetch(glbk_sfield_self,ivec3(at,0),0).x;\n"
+    "if(own!=0u){\n"
+    "bool turns=p.entity-1u<glbk_sfield_contents.entity_count;\n"
+    "uvec4 head=SFIELD_TEXEL(own);\n"
+    "if(me==0u)sfield_samples[0]=head.xyz;\n"
+    "if(me==0u)sfield_faces=head.w;\n"
+    "sfield_wait();\n"
+    "sfield_hide(1u,turns?p.entity-1u:SFIELD_NOBODY);\n"
+    "sfield_wait();\n"
+    "}\n"
+    "sums.xyz=sfield_walk(p);\n"
+    "for SFIELD_EACH(i,6u*SFIELD_FACE)\n"
+    "if(glbk_haar_batch.last!=0u)sums+=SFIELD_T(i)*vec4(sfield_sky(i).xyz,1.);\n"
+    "}\n"
+    "sfield_parts[me]=sums;\n"
+    "sfield_wait();\n"
+    "if(me!=0u)return;\n"
+    "for(uint i=1u;i<SFIELD_GROUP;i++)sums+=sfield_parts[i];\n"
+    "imageStore(glbk_sfield_light_image,at,sums*(1./3.14159265));\n"
     "}\n", 0
 };
 
@@ -798,9 +1090,12 @@ static const glbk_file glbk__haar_files[] = {
     { (const char *)&glbk__glsl_lib_haar_batch_glsl },
     { (const char *)&glbk__glsl_lib_haar_bindings_glsl },
     { (const char *)&glbk__glsl_lib_sfield_haar_glsl },
+    { (const char *)&glbk__glsl_lib_sfield_haar_list_glsl },
+    { (const char *)&glbk__glsl_lib_sfield_haar_turn_glsl },
     { (const char *)&glbk__glsl_prog_sfield_haar_cubes_frag },
     { (const char *)&glbk__glsl_prog_sfield_haar_light_frag },
     { (const char *)&glbk__glsl_prog_sfield_haar_list_frag },
+    { (const char *)&glbk__glsl_prog_sfield_haar_shade_comp },
     { (const char *)&glbk__glsl_prog_sfield_haar_sum_frag }
 };
 
@@ -972,6 +1267,70 @@ static uint64_t glbk__haar_trees(glbk__haar_tree *t, const glbk__haar_lists *l,
     return count;
 }
 
+/* ==== src/gl_wavelets/lists.h ==== */
+
+/* ---- wavelets: fields as lists of coefficients, for compute shaders ----
+
+   A compute shader adds the lists round a point up in shared memory, as the CPU does, where fragment shaders
+   have to read each texel from trees by itself. The lists are those of a file of sfield_write, but for the
+   number of a coefficient, which becomes its place in shared memory. */
+
+enum { GLBK__HAAR_SHARED = 32 };        /* texels a side that compute shaders have shared memory for */
+
+/* Finds the column and the row of texel i of a face, from its place in Morton order. */
+static void glbk__haar_unfold(uint32_t i, uint32_t *x, uint32_t *y)
+{
+    uint32_t bit;
+    for (*x = *y = bit = 0; bit < 6; bit++) {
+        *x |= (i >> 2 * bit & 1) << bit;
+        *y |= (i >> (2 * bit + 1) & 1) << bit;
+    }
+}
+
+/* Returns the place of a coefficient in W of prog/sfield_haar_shade.comp: wavelet k of a square stands where
+   quarter k of the square begins. */
+static uint32_t glbk__haar_place(uint32_t side, uint32_t index)
+{
+    const uint32_t texels = side * side;
+    uint32_t squares = 1, at = index & (texels - 1), x, y;
+    if (at) {
+        while (4 * squares <= at) squares *= 4;
+        at = texels / (4 * squares) * (4 * ((at - squares) / 3) + (at - squares) % 3 + 1);
+    }
+    glbk__haar_unfold(at, &x, &y);
+    return (index / texels * (side + 2) + y + 1) * (side + 2) + x + 1;
+}
+
+/* Counts the texels of the entries of a file or, with stages, writes its lists: a texel for each sample to
+   one stage, entries to the other. */
+static uint64_t glbk__haar_copy(const glbk__haar_tree *t, const glbk__haar_lists *l,
+                                glbk__sfield_stage *samples, glbk__sfield_stage *entries)
+{
+    uint32_t sample, word, *texel, *to = NULL;
+    uint64_t count = 0;
+    for (sample = 0; sample < l->samples; sample++) {
+        const uint32_t first = glbk_haar__get_u32(l->offsets + 4 * (size_t)sample),
+                       end = glbk_haar__get_u32(l->offsets + 4 * ((size_t)sample + 1)),
+                       words = (end - first) * l->words;
+        const uint8_t *from = glbk__haar_entry(l, first);
+        count += (words + 3) / 4;
+        if (!samples) continue;
+        texel = glbk__sfield_texel(samples);
+        texel[0] = (uint32_t)(entries->at + entries->count);
+        texel[1] = words;
+        texel[2] = glbk_haar__get_u32(l->scales + 4 * (size_t)sample);
+        for (word = 0; word < words; word++) {
+            const uint32_t entry = glbk_haar__get_u32(from + 4 * (size_t)word), index = entry >> 16;
+            if (word % 4 == 0) to = glbk__sfield_texel(entries);
+            to[word % 4] = entry;
+            if (word % l->words) continue;
+            to[word % 4] = glbk__haar_place(t->side, index) << 16 | (entry & 0xffffu);
+            texel[3] |= 1u << index / (t->side * t->side);
+        }
+    }
+    return count;
+}
+
 /* ==== src/gl_wavelets/scene.h ==== */
 
 /* ---- wavelets: scenes ---- */
@@ -1041,6 +1400,7 @@ typedef struct glbk__haar_nursery {
     uint8_t  *bytes;                    /* of the file of a field */
     size_t    most_bytes;
     uint64_t  texels;                   /* so far */
+    int       lists;                    /* not 0: fields go up as lists, not as trees */
     glbk__sfield_stage roots, nodes;
 } glbk__haar_nursery;
 
@@ -1054,6 +1414,14 @@ static glbk__haar_lists glbk__haar_open(glbk__haar_nursery *n, size_t i, glbk__s
     return glbk__haar_lists_of(n->bytes, v);
 }
 
+/* Returns how many texels come before the nodes of a field's trees but the roots, or before the entries of
+   its lists. */
+static uint64_t glbk__haar_first(const glbk__haar_nursery *n, const glbk__sfield_view *v)
+{
+    const uint32_t step = v->channels > 1 ? 2 : 1;
+    return 3 + v->shells + (n->lists ? 1 : 6 * step) * (uint64_t)v->samples;
+}
+
 /* Finds where all fields begin, and where they end. */
 static void glbk__haar_lay_out(glbk__haar_nursery *n, glbk_sfield_field *fields)
 {
@@ -1061,7 +1429,8 @@ static void glbk__haar_lay_out(glbk__haar_nursery *n, glbk_sfield_field *fields)
     for (i = 0; i < n->d->field_count && n->texels <= (uint64_t)1 << 28; i++) {
         glbk__sfield_view v;
         const glbk__haar_lists l = glbk__haar_open(n, i, &v);
-        const uint64_t nodes = 6 * (uint64_t)v.samples + glbk__haar_trees(n->tree, &l, NULL, NULL);
+        const uint64_t rest = n->lists ? glbk__haar_copy(n->tree, &l, NULL, NULL)
+                                       : (v.channels > 1 ? 2 : 1) * glbk__haar_trees(n->tree, &l, NULL, NULL);
         sfield_info info;
         sfield_get_info(n->d->fields[i], &info);
         fields[i].field = n->d->fields[i];
@@ -1073,7 +1442,7 @@ static void glbk__haar_lay_out(glbk__haar_nursery *n, glbk_sfield_field *fields)
         fields[i].radius = info.radius;
         fields[i].inscribed = info.inscribed;
         fields[i].outer = info.outer;
-        n->texels += 3 + v.shells + nodes * (v.channels > 1 ? 2 : 1);
+        n->texels += glbk__haar_first(n, &v) + rest;
     }
 }
 
@@ -1085,9 +1454,10 @@ static glbk_result glbk__haar_fill(glbk__haar_nursery *n, const glbk_sfield_fiel
         glbk__sfield_view v;
         const glbk__haar_lists l = glbk__haar_open(n, i, &v);
         n->roots.at = fields[i].start;
-        n->nodes.at = fields[i].start + 3 + v.shells + 6 * (size_t)v.samples * (v.channels > 1 ? 2 : 1);
+        n->nodes.at = fields[i].start + (size_t)glbk__haar_first(n, &v);
         glbk__haar_head(&n->roots, &v);
-        (void)glbk__haar_trees(n->tree, &l, &n->roots, &n->nodes);
+        if (n->lists) (void)glbk__haar_copy(n->tree, &l, &n->roots, &n->nodes);
+        else (void)glbk__haar_trees(n->tree, &l, &n->roots, &n->nodes);
         glbk__sfield_flush(&n->roots);
         glbk__sfield_flush(&n->nodes);
         if (n->roots.result == GLBK_OK) n->roots.result = n->nodes.result;
@@ -1144,6 +1514,7 @@ static glbk_result glbk__haar_make(glbk_context *ctx, const char *function,
     size_t i;
     memset(&n, 0, sizeof n);
     n.d = d;
+    n.lists = out->lists;
     for (i = 0; i < d->field_count; i++) {
         sfield_info info;
         sfield_get_info(d->fields[i], &info);
@@ -1183,6 +1554,7 @@ GLBK_DEF glbk_result glbk_sfield_haar_upload(glbk_context *ctx, const glbk_sfiel
     out->cube_side = d->cube_side ? d->cube_side : 32;
     out->entity_capacity = d->entity_capacity;
     out->reach = d->reach;
+    out->lists = ctx->compute && out->cube_side <= GLBK__HAAR_SHARED;
     result = glbk__haar_check(ctx, __func__, d, out->cube_side);
     if (result == GLBK_OK) result = glbk__haar_make(ctx, __func__, d, out);
     if (result != GLBK_OK) glbk_sfield_scene_free(ctx, out);
@@ -1193,7 +1565,7 @@ GLBK_DEF glbk_result glbk_sfield_haar_sky(glbk_context *ctx, glbk_sfield_scene *
 {
     glbk_haar__allocator memory;
     uint32_t cells, face, i, c;
-    uint32_t x, y, bit;
+    uint32_t x, y;
     glbk_result result;
     float *rgba;
 
@@ -1208,10 +1580,7 @@ GLBK_DEF glbk_result glbk_sfield_haar_sky(glbk_context *ctx, glbk_sfield_scene *
     for (i = 0; i < cells; i++) {               /* from Morton order to rows */
         float direction[3], *to;
         face = i / (s->cube_side * s->cube_side);
-        for (x = y = bit = 0; 1u << bit < s->cube_side; bit++) {
-            x |= (i >> 2 * bit & 1) << bit;
-            y |= (i >> (2 * bit + 1) & 1) << bit;
-        }
+        glbk__haar_unfold(i % (s->cube_side * s->cube_side), &x, &y);
         to = rgba + 4 * (((size_t)face * s->cube_side + y) * s->cube_side + x);
         for (c = 0; c < 3; c++) to[c] = texels ? texels[c * (size_t)cells + i] : 0;
         to[3] = sfield_cube_texel(s->cube_side, i, direction);
@@ -1254,7 +1623,8 @@ static void glbk__haar_fit(const glbk_context *ctx, uint32_t wanted, glbk_sfield
     uint32_t most;
     h->columns = side / (6 * half);
     most = side / half * h->columns / GLBK__HAAR_SLOTS;
-    most = most < side ? most : side;
+    most = most < side && !h->compute ? most : side;
+    if (!wanted) wanted = h->compute ? most : 256;
     h->batch = wanted < most ? wanted : most;
     if (pixels < h->batch) h->batch = pixels;
 }
@@ -1290,6 +1660,39 @@ static glbk_result glbk__haar_textures(glbk_context *ctx, glbk_sfield_haar *h)
     return result;
 }
 
+/* Compiles a program of this header, which uses files of gl_shadowfield.h and gl_gbuffer.h. */
+static glbk_result glbk__haar_program(glbk_context *ctx, const char *name, const char *defines,
+                                      glbk_program *out)
+{
+    return glbk__gbuffer_program_above(ctx, glbk_haar_part(), glbk__sfield_reader(), name, defines, out);
+}
+
+/* Makes what the compute shader needs: the picture and, where shared memory has no room for T, a buffer for
+   T. */
+static glbk_result glbk__haar_compute(glbk_context *ctx, glbk_sfield_haar *h)
+{
+    char defines[] = "SFIELD_BANDS=1 SFIELD_SIDE=..";
+    const size_t bytes = 24 * (size_t)h->cube_side * h->cube_side * h->batch;
+    glbk_result result =
+        glbk__canvas(ctx, GLBK_FORMAT_COLOR, h->width, h->height, NULL, &h->light, &h->target);
+    defines[27] = (char)('0' + (h->cube_side < 10 ? h->cube_side : h->cube_side / 10));
+    defines[28] = (char)(h->cube_side < 10 ? 0 : '0' + h->cube_side % 10);
+    if (result == GLBK_OK && h->cube_side > 16) result = glbk_buffer_create(ctx, bytes, NULL, &h->kept);
+    return result == GLBK_OK ? glbk__haar_program(ctx, "sfield_haar_shade.comp", defines, &h->shade) : result;
+}
+
+/* Makes what fragment shaders need. */
+static glbk_result glbk__haar_fragments(glbk_context *ctx, glbk_sfield_haar *h)
+{
+    glbk_result result = glbk__haar_textures(ctx, h);
+    if (result == GLBK_OK)
+        result = glbk__haar_program(ctx, "sfield_haar_list.frag", "SFIELD_BANDS=1", &h->find);
+    if (result == GLBK_OK) result = glbk__haar_program(ctx, "sfield_haar_cubes.frag", NULL, &h->write);
+    if (result == GLBK_OK) result = glbk__haar_program(ctx, "sfield_haar_light.frag", NULL, &h->multiply);
+    if (result == GLBK_OK) result = glbk__haar_program(ctx, "sfield_haar_sum.frag", NULL, &h->sum);
+    return result;
+}
+
 static glbk_result glbk__haar_check_desc(const glbk_context *ctx, const char *function,
                                          const glbk_sfield_haar_desc *d)
 {
@@ -1303,13 +1706,6 @@ static glbk_result glbk__haar_check_desc(const glbk_context *ctx, const char *fu
         return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "desc.cube_side", side,
                                   "a power of two within 4..64, or 0");
     return GLBK_OK;
-}
-
-/* Compiles a program of this header, which uses files of gl_shadowfield.h and gl_gbuffer.h. */
-static glbk_result glbk__haar_program(glbk_context *ctx, const char *name, const char *defines,
-                                      glbk_program *out)
-{
-    return glbk__gbuffer_program_above(ctx, glbk_haar_part(), glbk__sfield_reader(), name, defines, out);
 }
 
 GLBK_DEF glbk_result glbk_sfield_haar_create(glbk_context *ctx, const glbk_sfield_haar_desc *d,
@@ -1326,15 +1722,11 @@ GLBK_DEF glbk_result glbk_sfield_haar_create(glbk_context *ctx, const glbk_sfiel
     out->height = d->height;
     out->cube_side = d->cube_side ? d->cube_side : 32;
     out->has_self = d->self != 0;
-    glbk__haar_fit(ctx, d->batch ? d->batch : 256, out);
-    result = glbk__haar_textures(ctx, out);
+    out->compute = ctx->compute && out->cube_side <= GLBK__HAAR_SHARED;
+    glbk__haar_fit(ctx, d->batch, out);
+    result = out->compute ? glbk__haar_compute(ctx, out) : glbk__haar_fragments(ctx, out);
     if (result == GLBK_OK && d->self)
         result = glbk__haar_texture(ctx, GLBK_FORMAT_R32UI, out->width, out->height, 1, &out->self);
-    if (result == GLBK_OK)
-        result = glbk__haar_program(ctx, "sfield_haar_list.frag", "SFIELD_BANDS=1", &out->find);
-    if (result == GLBK_OK) result = glbk__haar_program(ctx, "sfield_haar_cubes.frag", NULL, &out->write);
-    if (result == GLBK_OK) result = glbk__haar_program(ctx, "sfield_haar_light.frag", NULL, &out->multiply);
-    if (result == GLBK_OK) result = glbk__haar_program(ctx, "sfield_haar_sum.frag", NULL, &out->sum);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_haar_batch), NULL, &out->block);
     if (result != GLBK_OK) glbk_sfield_haar_free(ctx, out);
     return result;
@@ -1348,6 +1740,8 @@ GLBK_DEF void glbk_sfield_haar_free(glbk_context *ctx, glbk_sfield_haar *h)
     glbk_program_free(ctx, &h->write);
     glbk_program_free(ctx, &h->multiply);
     glbk_program_free(ctx, &h->sum);
+    glbk_program_free(ctx, &h->shade);
+    glbk_buffer_free(ctx, &h->kept);
     glbk_target_free(ctx, &h->target);
     glbk_target_free(ctx, &h->cubes_target);
     glbk_texture_free(ctx, &h->light);
@@ -1369,11 +1763,15 @@ static glbk_result glbk__haar_check_pair(const glbk_context *ctx, const char *fu
                                          const glbk_sfield_haar *h, const glbk_sfield_scene *s)
 {
     glbk_result result;
-    if (!h || !h->sum.name)
+    if (!h || !h->block.name)
         return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "haar", h ? "was not created" : "is NULL");
     result = glbk__sfield_check_scene(ctx, function, s);
-    if (result != GLBK_OK || s->cube_side == h->cube_side) return result;
+    if (result != GLBK_OK) return result;
+    if (s->cube_side == h->cube_side && !s->lists == !h->compute) return GLBK_OK;
     if (!s->cube_side) return glbk__refuse(ctx, GLBK_ERR_MISMATCH, function, "scene", "has harmonics");
+    if (s->cube_side == h->cube_side)
+        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, function, "scene",
+                            "was uploaded with another ctx->compute than the renderer was made with");
     return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, function, "scene->cube_side", s->cube_side,
                               "that of the renderer");
 }
@@ -1397,7 +1795,7 @@ static glbk_result glbk__haar_root(const glbk_context *ctx, const char *function
         return glbk__refuse_range(ctx, GLBK_ERR_INPUT, function, name, own->point, 0,
                                   (double)info.sample_count - 1);
     }
-    *root = field->start + 3 + 6 * own->point;
+    *root = field->start + 3 + (s->lists ? 1 : 6) * own->point;
     return GLBK_OK;
 }
 
@@ -1499,6 +1897,21 @@ static glbk_result glbk__haar_round(glbk_context *ctx, glbk_sfield_haar *h, cons
     return GLBK_OK;
 }
 
+/* Shades the points of a batch by compute. */
+static glbk_result glbk__haar_dispatch(glbk_context *ctx, glbk_sfield_haar *h, const glbk_gbuffer *g,
+                                       const glbk_sfield_scene *s, const glbk_haar_batch *b)
+{
+    glbk_result result = glbk__put_block(ctx, GLBK_SLOT_glbk_haar_batch, &h->block, b);
+    if (result != GLBK_OK) return result;
+    glbk_sfield_bind(ctx, s, NULL);
+    result = glbk_gbuffer_bind(ctx, g, NULL);
+    if (result != GLBK_OK) return result;
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_sfield_self, &h->self);
+    glbk_bind_storage(ctx, GLBK_SLOT_glbk_haar_left, &h->kept);
+    glbk_bind_image(ctx, GLBK_SLOT_glbk_sfield_light_image, &h->light);
+    return glbk_dispatch(ctx, &h->shade, b->width, b->count / b->width, 1);
+}
+
 /* Shades the points of a batch, whose rectangle is set, in so many rounds. sky: not 0 if the sky or the open
    share is wanted. */
 static glbk_result glbk__haar_batch(glbk_context *ctx, glbk_sfield_haar *h, const glbk_gbuffer *g,
@@ -1507,6 +1920,8 @@ static glbk_result glbk__haar_batch(glbk_context *ctx, glbk_sfield_haar *h, cons
 {
     const uint32_t pixels[4] = { b->left, b->bottom, b->width, b->count / b->width };
     glbk_result result = GLBK_OK;
+    b->last = sky != 0;
+    if (h->compute) return glbk__haar_dispatch(ctx, h, g, s, b);
     for (b->round = 0; b->round < rounds && result == GLBK_OK; b->round++) {
         b->last = sky && b->round + 1 == rounds;
         result = glbk__haar_round(ctx, h, g, s, b);
@@ -1543,7 +1958,7 @@ GLBK_DEF glbk_result glbk_sfield_haar_shade(glbk_context *ctx, glbk_sfield_haar 
     contents = glbk__sfield_contents_of(s, s->sky || open);
     result = glbk__put_block(ctx, GLBK_SLOT_glbk_sfield_contents, &s->contents, &contents);
     wide = h->width < h->batch ? h->width : h->batch;
-    if (wide > 32) wide = 32;                   /* points that are near each other read the same samples */
+    if (wide > 32 && !h->compute) wide = 32;    /* points that are near each other read the same samples */
     high = h->batch / wide;
     for (b.bottom = 0; b.bottom < h->height && result == GLBK_OK; b.bottom += high)
         for (b.left = 0; b.left < h->width && result == GLBK_OK; b.left += wide) {

@@ -41,6 +41,8 @@ struct glbk_sfield_haar {               /* the light of a picture; read only; ze
     glbk_program write;
     glbk_program multiply;
     glbk_program sum;
+    glbk_program shade;                 /* by compute, in place of all these */
+    glbk_buffer  kept;                  /* T of a batch */
     glbk_buffer  block;
     uint32_t     width;
     uint32_t     height;
@@ -48,5 +50,6 @@ struct glbk_sfield_haar {               /* the light of a picture; read only; ze
     uint32_t     batch;                 /* points */
     uint32_t     columns;               /* cubes in a row of their texture */
     int          has_self;
+    int          compute;               /* not 0: pixels are shaded by a compute shader */
     uint64_t     self_of;               /* which scene's places self has; 0 = nothing was said */
 };

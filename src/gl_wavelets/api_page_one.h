@@ -7,12 +7,13 @@ struct glbk_sfield_haar_desc;           /* how large the picture is: below */
 GLBK_DEF glbk_result glbk_sfield_haar_upload(glbk_context *ctx,
                                              const struct glbk_sfield_haar_scene_desc *desc,
                                              glbk_sfield_scene *out);
-/* Makes a scene of fields of wavelets, which go up as trees, with room for entities. glbk_sfield_scene_free
-   takes the scene back.
-   Memory   on the GPU 16 bytes, of sources 32, for each square that holds a wavelet or has such squares
-            within, and for six squares of each sample; 112 bytes for each of entity_capacity, and 98 KB for
-            the sky of 32 texels a side. Here 40 bytes a field and, while the call runs, the longest file of a
-            field and 150 KB
+/* Makes a scene of fields of wavelets, with room for entities. They go up as trees or, if ctx->compute is set
+   and cube_side is at most 32, as lists of coefficients. glbk_sfield_scene_free takes the scene back.
+   Memory   on the GPU of trees 16 bytes, of sources 32, for each square that holds a wavelet or has such
+            squares within, and for six squares of each sample; of lists 4 bytes, of sources 8, for each
+            coefficient, and 16 to 28 bytes for each sample; 112 bytes for each of entity_capacity, and 98
+            KB for the sky of 32 texels a side. Here 40 bytes a field and, while the call runs, the
+            longest file of a field and 150 KB
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range. GLBK_ERR_MISMATCH: a
             field of harmonics, of other texels, or a shard. GLBK_ERR_LIMIT: more than 2^28 texels.
             GLBK_ERR_ALLOC */
@@ -25,9 +26,11 @@ GLBK_DEF glbk_result glbk_sfield_haar_sky(glbk_context *ctx, glbk_sfield_scene *
 
 GLBK_DEF glbk_result glbk_sfield_haar_create(glbk_context *ctx, const struct glbk_sfield_haar_desc *desc,
                                              glbk_sfield_haar *out);
-/* Compiles the four programs and makes their textures. For another size free it and create it anew.
+/* Compiles the four programs and makes their textures; or the compute shader, where scenes have lists. For
+   another size free it and create it anew.
    Memory   on the GPU 16 bytes a pixel and, for each point of a batch, 456 cube_side^2 + 1,280 bytes: 30 MB
-            for 256 points of 16 texels a side
+            for 256 points of 16 texels a side. By compute 24 cube_side^2 bytes for each point of a batch,
+            above 16 texels a side: 50 MB for 2,048 points of 32
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range. GLBK_ERR_LIMIT:
             width or height is above ctx->max_side. GLBK_ERR_ALLOC. Those of textures, targets and
             glbk_program_compile */
@@ -35,12 +38,12 @@ GLBK_DEF glbk_result glbk_sfield_haar_create(glbk_context *ctx, const struct glb
 GLBK_DEF glbk_result glbk_sfield_haar_shade(glbk_context *ctx, glbk_sfield_haar *haar,
                                             const glbk_gbuffer *gbuffer, const glbk_sfield_scene *scene,
                                             int open);
-/* Shades all pixels into haar->light, in (pixels / batch) batches of 3 passes a round and one more. A round
-   takes 16 of what the scene has: its entities, and each light three times more.
+/* Shades all pixels into haar->light, in (pixels / batch) batches of 3 passes a round and one more, or of one
+   pass by compute. A round takes 16 of what the scene has: its entities, and each light three times more.
    open     not 0: light.a is wanted even if there is no sky; else it is 0 then
    Errors   GLBK_ERR_ARGUMENT: an object is NULL or was not created. GLBK_ERR_MISMATCH: the scene has
-            harmonics or other texels or is not the one that self-visibility was named for, or the G-buffer
-            has another size. GLBK_ERR_LOST */
+            harmonics or other texels, was uploaded with another ctx->compute, or is not the one that
+            self-visibility was named for, or the G-buffer has another size. GLBK_ERR_LOST */
 
 GLBK_DEF void glbk_sfield_haar_free(glbk_context *ctx, glbk_sfield_haar *haar);
 /* Deletes the renderer's objects of GL and zeroes the struct. Accepts NULL. */
@@ -64,7 +67,7 @@ typedef struct glbk_sfield_haar_desc {
     uint32_t cube_side;                 /* that of the scene: a power of two, 4..64; 0 = 32 */
     uint32_t batch;                     /* points that are shaded at a time, at most so many as textures of
                                            2048 or ctx->max_side a side hold: 672 of cubes of 16, 168 of 32,
-                                           40 of 64. A greater number is taken for that; 0 = 256. More points
-                                           make fewer passes */
+                                           40 of 64; by compute 2048. A greater number is taken for that; 0 =
+                                           256, or 2048 by compute. More points make fewer passes */
     int      self;                      /* not 0: there is room for self-visibility, 4 bytes a pixel */
 } glbk_sfield_haar_desc;

@@ -26,7 +26,9 @@
     X(uint, unused0, 1) X(uint, unused1, 1)
 
 #define GLBK_HAAR_BLOCKS(X) X(glbk_haar_batch, 4, GLBK_HAAR_BATCH_MEMBERS)
-#define GLBK_HAAR_STORAGE(X)
+/* The compute shader keeps T there if shared memory has no room for it. */
+#define GLBK_HAAR_STORAGE(X) X(restrict, float, glbk_haar_left, 0)
+
 #define GLBK_HAAR_IMAGES(X)
 
 GLBK__PART(HAAR)

@@ -94,11 +94,13 @@
 
    Conventions
 
-   A batch of points is shaded at a time. Its passes list what each point meets from near to far, write the
-   cubes of these lists, multiply texels, and add them up. Nothing is left out: a point that meets more than
-   16 takes further rounds. Products are on texels, as SFIELD_PRODUCT_TEXELS has them, so results are
-   sfield_shade's but for roundings: docs/shadowfield.md has the bound. The passes are fragment shaders on
-   every context. A point costs far more than one of harmonics: docs/measured/shadowfield.md.
+   A batch of points is shaded at a time. Its passes list what each point meets from near to far, write
+   the cubes of these lists, multiply texels, and add them up. Nothing is left out: a point that meets
+   more than 16 takes further rounds. Products are on texels, as SFIELD_PRODUCT_TEXELS has them, so
+   results are sfield_shade's but for roundings: docs/shadowfield.md has the bound. Where the context has
+   compute shaders (4.3) and cubes at most 32 texels a side, a work group shades a point in one pass, as
+   the CPU does: it adds lists of coefficients up and turns them into texels only where they hide. A point
+   costs far more than one of harmonics: docs/measured/shadowfield.md.
 
    From the paper to the code
 

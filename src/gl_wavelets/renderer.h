@@ -27,7 +27,8 @@ static void glbk__haar_fit(const glbk_context *ctx, uint32_t wanted, glbk_sfield
     uint32_t most;
     h->columns = side / (6 * half);
     most = side / half * h->columns / GLBK__HAAR_SLOTS;
-    most = most < side ? most : side;
+    most = most < side && !h->compute ? most : side;
+    if (!wanted) wanted = h->compute ? most : 256;
     h->batch = wanted < most ? wanted : most;
     if (pixels < h->batch) h->batch = pixels;
 }
@@ -63,6 +64,39 @@ static glbk_result glbk__haar_textures(glbk_context *ctx, glbk_sfield_haar *h)
     return result;
 }
 
+/* Compiles a program of this header, which uses files of gl_shadowfield.h and gl_gbuffer.h. */
+static glbk_result glbk__haar_program(glbk_context *ctx, const char *name, const char *defines,
+                                      glbk_program *out)
+{
+    return glbk__gbuffer_program_above(ctx, glbk_haar_part(), glbk__sfield_reader(), name, defines, out);
+}
+
+/* Makes what the compute shader needs: the picture and, where shared memory has no room for T, a buffer for
+   T. */
+static glbk_result glbk__haar_compute(glbk_context *ctx, glbk_sfield_haar *h)
+{
+    char defines[] = "SFIELD_BANDS=1 SFIELD_SIDE=..";
+    const size_t bytes = 24 * (size_t)h->cube_side * h->cube_side * h->batch;
+    glbk_result result =
+        glbk__canvas(ctx, GLBK_FORMAT_COLOR, h->width, h->height, NULL, &h->light, &h->target);
+    defines[27] = (char)('0' + (h->cube_side < 10 ? h->cube_side : h->cube_side / 10));
+    defines[28] = (char)(h->cube_side < 10 ? 0 : '0' + h->cube_side % 10);
+    if (result == GLBK_OK && h->cube_side > 16) result = glbk_buffer_create(ctx, bytes, NULL, &h->kept);
+    return result == GLBK_OK ? glbk__haar_program(ctx, "sfield_haar_shade.comp", defines, &h->shade) : result;
+}
+
+/* Makes what fragment shaders need. */
+static glbk_result glbk__haar_fragments(glbk_context *ctx, glbk_sfield_haar *h)
+{
+    glbk_result result = glbk__haar_textures(ctx, h);
+    if (result == GLBK_OK)
+        result = glbk__haar_program(ctx, "sfield_haar_list.frag", "SFIELD_BANDS=1", &h->find);
+    if (result == GLBK_OK) result = glbk__haar_program(ctx, "sfield_haar_cubes.frag", NULL, &h->write);
+    if (result == GLBK_OK) result = glbk__haar_program(ctx, "sfield_haar_light.frag", NULL, &h->multiply);
+    if (result == GLBK_OK) result = glbk__haar_program(ctx, "sfield_haar_sum.frag", NULL, &h->sum);
+    return result;
+}
+
 static glbk_result glbk__haar_check_desc(const glbk_context *ctx, const char *function,
                                          const glbk_sfield_haar_desc *d)
 {
@@ -76,13 +110,6 @@ static glbk_result glbk__haar_check_desc(const glbk_context *ctx, const char *fu
         return glbk__refuse_value(ctx, GLBK_ERR_DESC, function, "desc.cube_side", side,
                                   "a power of two within 4..64, or 0");
     return GLBK_OK;
-}
-
-/* Compiles a program of this header, which uses files of gl_shadowfield.h and gl_gbuffer.h. */
-static glbk_result glbk__haar_program(glbk_context *ctx, const char *name, const char *defines,
-                                      glbk_program *out)
-{
-    return glbk__gbuffer_program_above(ctx, glbk_haar_part(), glbk__sfield_reader(), name, defines, out);
 }
 
 GLBK_DEF glbk_result glbk_sfield_haar_create(glbk_context *ctx, const glbk_sfield_haar_desc *d,
@@ -99,15 +126,11 @@ GLBK_DEF glbk_result glbk_sfield_haar_create(glbk_context *ctx, const glbk_sfiel
     out->height = d->height;
     out->cube_side = d->cube_side ? d->cube_side : 32;
     out->has_self = d->self != 0;
-    glbk__haar_fit(ctx, d->batch ? d->batch : 256, out);
-    result = glbk__haar_textures(ctx, out);
+    out->compute = ctx->compute && out->cube_side <= GLBK__HAAR_SHARED;
+    glbk__haar_fit(ctx, d->batch, out);
+    result = out->compute ? glbk__haar_compute(ctx, out) : glbk__haar_fragments(ctx, out);
     if (result == GLBK_OK && d->self)
         result = glbk__haar_texture(ctx, GLBK_FORMAT_R32UI, out->width, out->height, 1, &out->self);
-    if (result == GLBK_OK)
-        result = glbk__haar_program(ctx, "sfield_haar_list.frag", "SFIELD_BANDS=1", &out->find);
-    if (result == GLBK_OK) result = glbk__haar_program(ctx, "sfield_haar_cubes.frag", NULL, &out->write);
-    if (result == GLBK_OK) result = glbk__haar_program(ctx, "sfield_haar_light.frag", NULL, &out->multiply);
-    if (result == GLBK_OK) result = glbk__haar_program(ctx, "sfield_haar_sum.frag", NULL, &out->sum);
     if (result == GLBK_OK) result = glbk_buffer_create(ctx, sizeof(glbk_haar_batch), NULL, &out->block);
     if (result != GLBK_OK) glbk_sfield_haar_free(ctx, out);
     return result;
@@ -121,6 +144,8 @@ GLBK_DEF void glbk_sfield_haar_free(glbk_context *ctx, glbk_sfield_haar *h)
     glbk_program_free(ctx, &h->write);
     glbk_program_free(ctx, &h->multiply);
     glbk_program_free(ctx, &h->sum);
+    glbk_program_free(ctx, &h->shade);
+    glbk_buffer_free(ctx, &h->kept);
     glbk_target_free(ctx, &h->target);
     glbk_target_free(ctx, &h->cubes_target);
     glbk_texture_free(ctx, &h->light);
@@ -142,11 +167,15 @@ static glbk_result glbk__haar_check_pair(const glbk_context *ctx, const char *fu
                                          const glbk_sfield_haar *h, const glbk_sfield_scene *s)
 {
     glbk_result result;
-    if (!h || !h->sum.name)
+    if (!h || !h->block.name)
         return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, function, "haar", h ? "was not created" : "is NULL");
     result = glbk__sfield_check_scene(ctx, function, s);
-    if (result != GLBK_OK || s->cube_side == h->cube_side) return result;
+    if (result != GLBK_OK) return result;
+    if (s->cube_side == h->cube_side && !s->lists == !h->compute) return GLBK_OK;
     if (!s->cube_side) return glbk__refuse(ctx, GLBK_ERR_MISMATCH, function, "scene", "has harmonics");
+    if (s->cube_side == h->cube_side)
+        return glbk__refuse(ctx, GLBK_ERR_MISMATCH, function, "scene",
+                            "was uploaded with another ctx->compute than the renderer was made with");
     return glbk__refuse_value(ctx, GLBK_ERR_MISMATCH, function, "scene->cube_side", s->cube_side,
                               "that of the renderer");
 }
@@ -170,7 +199,7 @@ static glbk_result glbk__haar_root(const glbk_context *ctx, const char *function
         return glbk__refuse_range(ctx, GLBK_ERR_INPUT, function, name, own->point, 0,
                                   (double)info.sample_count - 1);
     }
-    *root = field->start + 3 + 6 * own->point;
+    *root = field->start + 3 + (s->lists ? 1 : 6) * own->point;
     return GLBK_OK;
 }
 

@@ -65,6 +65,7 @@ typedef struct glbk__haar_nursery {
     uint8_t  *bytes;                    /* of the file of a field */
     size_t    most_bytes;
     uint64_t  texels;                   /* so far */
+    int       lists;                    /* not 0: fields go up as lists, not as trees */
     glbk__sfield_stage roots, nodes;
 } glbk__haar_nursery;
 
@@ -78,6 +79,14 @@ static glbk__haar_lists glbk__haar_open(glbk__haar_nursery *n, size_t i, glbk__s
     return glbk__haar_lists_of(n->bytes, v);
 }
 
+/* Returns how many texels come before the nodes of a field's trees but the roots, or before the entries of
+   its lists. */
+static uint64_t glbk__haar_first(const glbk__haar_nursery *n, const glbk__sfield_view *v)
+{
+    const uint32_t step = v->channels > 1 ? 2 : 1;
+    return 3 + v->shells + (n->lists ? 1 : 6 * step) * (uint64_t)v->samples;
+}
+
 /* Finds where all fields begin, and where they end. */
 static void glbk__haar_lay_out(glbk__haar_nursery *n, glbk_sfield_field *fields)
 {
@@ -85,7 +94,8 @@ static void glbk__haar_lay_out(glbk__haar_nursery *n, glbk_sfield_field *fields)
     for (i = 0; i < n->d->field_count && n->texels <= (uint64_t)1 << 28; i++) {
         glbk__sfield_view v;
         const glbk__haar_lists l = glbk__haar_open(n, i, &v);
-        const uint64_t nodes = 6 * (uint64_t)v.samples + glbk__haar_trees(n->tree, &l, NULL, NULL);
+        const uint64_t rest = n->lists ? glbk__haar_copy(n->tree, &l, NULL, NULL)
+                                       : (v.channels > 1 ? 2 : 1) * glbk__haar_trees(n->tree, &l, NULL, NULL);
         sfield_info info;
         sfield_get_info(n->d->fields[i], &info);
         fields[i].field = n->d->fields[i];
@@ -97,7 +107,7 @@ static void glbk__haar_lay_out(glbk__haar_nursery *n, glbk_sfield_field *fields)
         fields[i].radius = info.radius;
         fields[i].inscribed = info.inscribed;
         fields[i].outer = info.outer;
-        n->texels += 3 + v.shells + nodes * (v.channels > 1 ? 2 : 1);
+        n->texels += glbk__haar_first(n, &v) + rest;
     }
 }
 
@@ -109,9 +119,10 @@ static glbk_result glbk__haar_fill(glbk__haar_nursery *n, const glbk_sfield_fiel
         glbk__sfield_view v;
         const glbk__haar_lists l = glbk__haar_open(n, i, &v);
         n->roots.at = fields[i].start;
-        n->nodes.at = fields[i].start + 3 + v.shells + 6 * (size_t)v.samples * (v.channels > 1 ? 2 : 1);
+        n->nodes.at = fields[i].start + (size_t)glbk__haar_first(n, &v);
         glbk__haar_head(&n->roots, &v);
-        (void)glbk__haar_trees(n->tree, &l, &n->roots, &n->nodes);
+        if (n->lists) (void)glbk__haar_copy(n->tree, &l, &n->roots, &n->nodes);
+        else (void)glbk__haar_trees(n->tree, &l, &n->roots, &n->nodes);
         glbk__sfield_flush(&n->roots);
         glbk__sfield_flush(&n->nodes);
         if (n->roots.result == GLBK_OK) n->roots.result = n->nodes.result;
@@ -168,6 +179,7 @@ static glbk_result glbk__haar_make(glbk_context *ctx, const char *function,
     size_t i;
     memset(&n, 0, sizeof n);
     n.d = d;
+    n.lists = out->lists;
     for (i = 0; i < d->field_count; i++) {
         sfield_info info;
         sfield_get_info(d->fields[i], &info);
@@ -207,6 +219,7 @@ GLBK_DEF glbk_result glbk_sfield_haar_upload(glbk_context *ctx, const glbk_sfiel
     out->cube_side = d->cube_side ? d->cube_side : 32;
     out->entity_capacity = d->entity_capacity;
     out->reach = d->reach;
+    out->lists = ctx->compute && out->cube_side <= GLBK__HAAR_SHARED;
     result = glbk__haar_check(ctx, __func__, d, out->cube_side);
     if (result == GLBK_OK) result = glbk__haar_make(ctx, __func__, d, out);
     if (result != GLBK_OK) glbk_sfield_scene_free(ctx, out);
@@ -217,7 +230,7 @@ GLBK_DEF glbk_result glbk_sfield_haar_sky(glbk_context *ctx, glbk_sfield_scene *
 {
     glbk_haar__allocator memory;
     uint32_t cells, face, i, c;
-    uint32_t x, y, bit;
+    uint32_t x, y;
     glbk_result result;
     float *rgba;
 
@@ -232,10 +245,7 @@ GLBK_DEF glbk_result glbk_sfield_haar_sky(glbk_context *ctx, glbk_sfield_scene *
     for (i = 0; i < cells; i++) {               /* from Morton order to rows */
         float direction[3], *to;
         face = i / (s->cube_side * s->cube_side);
-        for (x = y = bit = 0; 1u << bit < s->cube_side; bit++) {
-            x |= (i >> 2 * bit & 1) << bit;
-            y |= (i >> (2 * bit + 1) & 1) << bit;
-        }
+        glbk__haar_unfold(i % (s->cube_side * s->cube_side), &x, &y);
         to = rgba + 4 * (((size_t)face * s->cube_side + y) * s->cube_side + x);
         for (c = 0; c < 3; c++) to[c] = texels ? texels[c * (size_t)cells + i] : 0;
         to[3] = sfield_cube_texel(s->cube_side, i, direction);

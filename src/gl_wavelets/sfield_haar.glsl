@@ -57,3 +57,14 @@ vec3 sfield_from_face(uint face, vec2 st)
 
 // Returns the middle of a texel of a face, which may lie past the face's edge.
 vec2 sfield_middle(ivec2 texel) { return (2.0 * vec2(texel) + 1.0) / float(glbk_haar_batch.side) - 1.0; }
+
+// Returns the number of sample i of the 16 round a point, and its weight. side: positions a side of a face.
+uint sfield_share(uvec4 what, vec4 corner, uvec4 weight, uint side, uint i, out float share)
+{
+    bool right = (i & 1u) != 0u, up = (i & 2u) != 0u, outer = (i & 4u) != 0u, after = (i & 8u) != 0u;
+    vec4 shells = uintBitsToFloat(weight);
+    share = up ? (right ? corner.w : corner.z) : (right ? corner.y : corner.x);
+    share *= (outer ? shells.y : shells.x) * (after ? shells.z : 1.0 - shells.z);
+    return what.y + (right ? 1u : 0u) + (up ? side : 0u) + (outer ? 6u * side * side : 0u) +
+           (after ? weight.w : 0u);
+}

@@ -69,11 +69,8 @@ void main()
     uint side = SFIELD_TEXEL(what.w).w, channel = what.x < SFIELD_LIGHT ? 0u : what.x - SFIELD_LIGHT;
     uvec4 parts = SFIELD_TEXEL(what.w + 1u);    // channels, the first root
     for (uint i = 0u; i < (shells.z > 0.0 ? 16u : 8u); i++) {
-        bool right = (i & 1u) != 0u, up = (i & 2u) != 0u, outer = (i & 4u) != 0u, after = (i & 8u) != 0u;
-        float w = up ? (right ? corner.w : corner.z) : (right ? corner.y : corner.x);
-        uint sample_at = what.y + (right ? 1u : 0u) + (up ? side : 0u);
-        sample_at += (outer ? 6u * side * side : 0u) + (after ? weight.w : 0u);
-        w *= (outer ? shells.y : shells.x) * (after ? shells.z : 1.0 - shells.z);
+        float w;
+        uint sample_at = sfield_share(what, corner, weight, side, i, w);
         if (w > 0.0)
             sum +=
                 w * sfield_descend(parts.y + (6u * sample_at + face) * parts.x, parts.x, channel, at, levels);

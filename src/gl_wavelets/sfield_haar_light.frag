@@ -1,53 +1,20 @@
 // Multiplies T of a batch's points by what the occluders of their lists leave, near to far, and adds the
 // light of the lights between; 4 x 2 texels of a cube a pixel. T begins as cosine x solid angle.
-// uses: sfield_haar gbuffer
+// uses: sfield_haar_turn gbuffer
 // with: screen.vert
 layout(location = 0) out uvec4 lower;       // T of the lower four texels, then of the upper four
 layout(location = 1) out uvec4 upper;
 layout(location = 2) out uvec4 light;       // sums over these texels; a: T
 
-// Returns the face of a direction and its place there.
-uint sfield_to_face(vec3 d, out vec2 st)
-{
-    vec3 a = abs(d);
-    bool on_x = a.x >= a.y && a.x >= a.z, on_y = !on_x && a.y >= a.z;
-    float axis = on_x ? d.x : on_y ? d.y : d.z;
-    st = on_x ? vec2(axis > 0.0 ? -d.z : d.z, -d.y) : on_y ? vec2(d.x, axis > 0.0 ? d.z : -d.z)
-                                                           : vec2(axis > 0.0 ? d.x : -d.x, -d.y);
-    st /= abs(axis);
-    return (on_x ? 0u : on_y ? 2u : 4u) + (axis > 0.0 ? 0u : 1u);
-}
-
-// Returns one texel of a cube. Past an edge of the face it is that of the next face in that direction.
+// Returns one texel of a cube of the list.
 float sfield_tap(uint cube, uint face, ivec2 texel)
 {
-    int side = int(glbk_haar_batch.side);
-    if (any(lessThan(texel, ivec2(0))) || any(greaterThanEqual(texel, ivec2(side)))) {
-        vec2 st;
-        face = sfield_to_face(sfield_from_face(face, sfield_middle(texel)), st);
-        texel = clamp(ivec2((st + 1.0) * (0.5 * float(side))), ivec2(0), ivec2(side - 1));
-    }
-    uvec2 half_side = uvec2(side / 2);
-    uvec4 quad = texelFetch(glbk_haar_cubes, sfield_square(cube, glbk_haar_batch.columns, face,
-                                                             uvec2(texel) / 2u, half_side), 0);
+    texel = sfield_wrap(face, texel);
+    uvec4 quad = texelFetch(glbk_haar_cubes,
+                            sfield_square(cube, glbk_haar_batch.columns, face, uvec2(texel) / 2u,
+                                          uvec2(glbk_haar_batch.side / 2u)), 0);
     bool right = (texel.x & 1) != 0, up = (texel.y & 1) != 0;
     return uintBitsToFloat(up ? (right ? quad.w : quad.z) : (right ? quad.y : quad.x));
-}
-
-// Returns a cube in a direction, between the four texels round it.
-float sfield_between(uint cube, vec3 d)
-{
-    vec2 st;
-    uint face = sfield_to_face(d, st);
-    vec2 at = (st + 1.0) * (0.5 * float(glbk_haar_batch.side)) - 0.5, low = floor(at);
-    float sum = 0.0;
-    for (int k = 0; k < 4; k++) {
-        ivec2 step_by = ivec2(k & 1, k >> 1);
-        vec2 part = at - low;
-        float x = step_by.x == 0 ? 1.0 - part.x : part.x, y = step_by.y == 0 ? 1.0 - part.y : part.y;
-        sum += x * y * sfield_tap(cube, face, ivec2(low) + step_by);
-    }
-    return sum;
 }
 
 // Returns x as component k of a vector, whose others are 0, as all are of other k.
@@ -58,12 +25,6 @@ vec4 sfield_component(int k, float x)
 
 // Returns where texel i of 8 stands: 0 to 3 the left 2 x 2, then the right.
 ivec2 sfield_step(int i) { return ivec2((i & 1) + 2 * (i >> 2), i >> 1 & 1); }
-
-// Returns the direction of a texel's middle.
-vec3 sfield_direction(uint face, ivec2 texel)
-{
-    return normalize(sfield_from_face(face, sfield_middle(texel)));
-}
 
 // Returns a texel of the sky: radiance, solid angle.
 vec4 sfield_sky(uint face, ivec2 texel)

@@ -61,6 +61,21 @@ static glbk_result glbk__haar_round(glbk_context *ctx, glbk_sfield_haar *h, cons
     return GLBK_OK;
 }
 
+/* Shades the points of a batch by compute. */
+static glbk_result glbk__haar_dispatch(glbk_context *ctx, glbk_sfield_haar *h, const glbk_gbuffer *g,
+                                       const glbk_sfield_scene *s, const glbk_haar_batch *b)
+{
+    glbk_result result = glbk__put_block(ctx, GLBK_SLOT_glbk_haar_batch, &h->block, b);
+    if (result != GLBK_OK) return result;
+    glbk_sfield_bind(ctx, s, NULL);
+    result = glbk_gbuffer_bind(ctx, g, NULL);
+    if (result != GLBK_OK) return result;
+    glbk_bind_texture(ctx, GLBK_SLOT_glbk_sfield_self, &h->self);
+    glbk_bind_storage(ctx, GLBK_SLOT_glbk_haar_left, &h->kept);
+    glbk_bind_image(ctx, GLBK_SLOT_glbk_sfield_light_image, &h->light);
+    return glbk_dispatch(ctx, &h->shade, b->width, b->count / b->width, 1);
+}
+
 /* Shades the points of a batch, whose rectangle is set, in so many rounds. sky: not 0 if the sky or the open
    share is wanted. */
 static glbk_result glbk__haar_batch(glbk_context *ctx, glbk_sfield_haar *h, const glbk_gbuffer *g,
@@ -69,6 +84,8 @@ static glbk_result glbk__haar_batch(glbk_context *ctx, glbk_sfield_haar *h, cons
 {
     const uint32_t pixels[4] = { b->left, b->bottom, b->width, b->count / b->width };
     glbk_result result = GLBK_OK;
+    b->last = sky != 0;
+    if (h->compute) return glbk__haar_dispatch(ctx, h, g, s, b);
     for (b->round = 0; b->round < rounds && result == GLBK_OK; b->round++) {
         b->last = sky && b->round + 1 == rounds;
         result = glbk__haar_round(ctx, h, g, s, b);
@@ -105,7 +122,7 @@ GLBK_DEF glbk_result glbk_sfield_haar_shade(glbk_context *ctx, glbk_sfield_haar 
     contents = glbk__sfield_contents_of(s, s->sky || open);
     result = glbk__put_block(ctx, GLBK_SLOT_glbk_sfield_contents, &s->contents, &contents);
     wide = h->width < h->batch ? h->width : h->batch;
-    if (wide > 32) wide = 32;                   /* points that are near each other read the same samples */
+    if (wide > 32 && !h->compute) wide = 32;    /* points that are near each other read the same samples */
     high = h->batch / wide;
     for (b.bottom = 0; b.bottom < h->height && result == GLBK_OK; b.bottom += high)
         for (b.left = 0; b.left < h->width && result == GLBK_OK; b.left += wide) {

@@ -629,6 +629,27 @@ static void renderers_refuse_bad_arguments(void **state)
     close_world(t, &w);
 }
 
+/* Lists are for compute shaders, trees for fragment shaders: ctx->compute decides when a scene is made. */
+static void scenes_are_for_compute_or_not(void **state)
+{
+    GL_TEST(t, state)
+    const glbk_sfield_haar_scene_desc sd = scene_desc();
+    glbk_sfield_scene trees;
+    world w;
+    open_world(t, &w, 0);
+    assert_int_equal(w.haar.compute, t->gl.compute);
+    assert_int_equal(w.gl.lists, t->gl.compute);
+    if (t->gl.compute) {
+        t->gl.compute = 0;
+        assert_glbk(t, glbk_sfield_haar_upload(&t->gl, &sd, &trees));
+        t->gl.compute = 1;
+        LOGGED("glbk_sfield_haar_shade: scene was uploaded with another ctx->compute than the renderer was made with",
+               glbk_sfield_haar_shade(&t->gl, &w.haar, &w.gbuffer, &trees, 0), GLBK_ERR_MISMATCH);
+        glbk_sfield_scene_free(&t->gl, &trees);
+    }
+    close_world(t, &w);
+}
+
 /* What glbk_sfield_haar_self wrote are places in one scene's table. */
 static void self_visibility_is_of_one_scene(void **state)
 {
@@ -913,12 +934,13 @@ int main(int count, char **values)
         gl_unit_test(bodies_of_every_side_of_texels), gl_unit_test(scenes_refuse_bad_arguments),
         gl_unit_test(renderers_refuse_bad_arguments), gl_unit_test(self_visibility_is_of_one_scene),
         gl_unit_test(self_visibility_at_an_old_address_is_another), gl_unit_test(failures_leave_nothing),
-        gl_unit_test(a_hostile_state_changes_nothing), gl_unit_test(a_lost_context_is_called_no_more)
+        gl_unit_test(a_hostile_state_changes_nothing), gl_unit_test(a_lost_context_is_called_no_more),
+        gl_unit_test(scenes_are_for_compute_or_not)
     };
     struct CMUnitTest lit[5];
     int result;
     (void)count;
-    if (gl_run_ways(values, GL_CORE33 | GL_ES30, &result)) return result;
+    if (gl_run_ways(values, GL_CORE45 | GL_CORE33 | GL_ES30, &result)) return result;
     if (gl_this_way() && gl_this_way()->bit != GL_CORE33) unsetenv("CONFORMANCE");     /* each row once */
     gl_name_tests(tests, sizeof tests / sizeof tests[0]);
     memcpy(lit, tests, sizeof lit);     /* what is refused, and how it fails, is the same on all contexts */
