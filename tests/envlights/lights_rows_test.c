@@ -368,6 +368,36 @@ static void seam_is_no_edge(void **state)
     CONFORM_MAX("T21", "lights of a band across the seam: radians from its middle", 0.35 + 2 * PI / 144, farthest);
 }
 
+/* Turns the map by some columns: how far its lights are off the turned lights of the map, in the same order. */
+static double off_when_turned(const sky *a, const envlt_desc *d, uint32_t shift)
+{
+    const uint32_t w = a->map.width;
+    sky b = sky_alloc(ENVLT_PROJECTION_LATLONG, w, a->map.height);
+    envlt_lights *la, *lb;
+    uint32_t na, nb;
+    const envlt_light *ea, *eb;
+    double angle = 2 * PI * shift / w, worst = 0;
+    for (size_t t = 0; t < a->texels; t++)
+        memcpy(b.rgb + 3 * (t / w * w + (t % w + shift) % w), a->rgb + 3 * t, 3 * sizeof(float));
+    la = build(d, &a->map, NULL);
+    lb = build(d, &b.map, NULL);
+    ea = envlt_get_lights(la, &na);
+    eb = envlt_get_lights(lb, &nb);
+    assert_int_equal(na, nb);
+    for (uint32_t i = 0; i < na; i++) {         /* azimuth + angle */
+        const float *p = ea[i].direction, *q = eb[i].direction;
+        double x = (double)p[0] * cos(angle) - (double)p[2] * sin(angle);
+        double z = (double)p[0] * sin(angle) + (double)p[2] * cos(angle);
+        worst = fmax(worst, fmax(fabs(x - (double)q[0]), fabs(z - (double)q[2])));
+        worst = fmax(worst, fabs((double)p[1] - (double)q[1]));
+        CLOSE(ea[i].irradiance[0], eb[i].irradiance[0], 1e-6 * (double)ea[i].irradiance[0]);
+    }
+    envlt_free(la);
+    envlt_free(lb);
+    sky_free(&b);
+    return worst;
+}
+
 static void rotation_turns_the_lights(void **state)
 {
     enum { W = 64, H = 32 };
@@ -375,34 +405,29 @@ static void rotation_turns_the_lights(void **state)
     (void)state;
     for (int m = 0; m < METHODS; m++)
         for (uint32_t shift = 0; shift < W; shift += 13) {
-            sky a = sky_alloc(ENVLT_PROJECTION_LATLONG, W, H), b = sky_alloc(ENVLT_PROJECTION_LATLONG, W, H);
+            sky a = sky_alloc(ENVLT_PROJECTION_LATLONG, W, H);
             envlt_desc d = desc_of(methods[m], 40);
-            envlt_lights *la, *lb;
-            uint32_t na, nb;
-            const envlt_light *ea, *eb;
-            double angle = 2 * PI * shift / W;
             sky_fill(&a, sunny);
-            for (size_t t = 0; t < a.texels; t++)
-                memcpy(b.rgb + 3 * (t / W * W + (t % W + shift) % W), a.rgb + 3 * t, 3 * sizeof(float));
-            la = build(&d, &a.map, NULL);
-            lb = build(&d, &b.map, NULL);
-            ea = envlt_get_lights(la, &na);
-            eb = envlt_get_lights(lb, &nb);
-            assert_int_equal(na, nb);
-            for (uint32_t i = 0; i < na; i++) {     /* the same lights in the same order, azimuth + angle */
-                const float *p = ea[i].direction, *q = eb[i].direction;
-                double x = (double)p[0] * cos(angle) - (double)p[2] * sin(angle);
-                double z = (double)p[0] * sin(angle) + (double)p[2] * cos(angle);
-                worst = fmax(worst, fmax(fabs(x - (double)q[0]), fabs(z - (double)q[2])));
-                worst = fmax(worst, fabs((double)p[1] - (double)q[1]));
-                CLOSE(ea[i].irradiance[0], eb[i].irradiance[0], 1e-6 * (double)ea[i].irradiance[0]);
-            }
-            envlt_free(la);
-            envlt_free(lb);
+            worst = fmax(worst, off_when_turned(&a, &d, shift));
             sky_free(&a);
-            sky_free(&b);
         }
     CONFORM_MAX("T21", "a turned map's lights off the turned lights", 5e-7, worst);
+}
+
+/* Only the first row is lit, or only the last. */
+static void one_lit_row_turns_its_lights(void **state)
+{
+    uint64_t seed = 9;
+    (void)state;
+    for (int m = 0; m < METHODS; m++)
+        for (size_t row = 0; row < 4; row += 3) {
+            sky a = sky_alloc(ENVLT_PROJECTION_LATLONG, 16, 4);
+            envlt_desc d = desc_of(methods[m], 3);
+            for (size_t t = 0; t < 16; t++)
+                for (size_t c = 0; c < 3; c++) a.rgb[3 * (16 * row + t) + c] = (float)(0.1 + rnd(&seed));
+            for (uint32_t shift = 1; shift < 16; shift += 4) assert_true(off_when_turned(&a, &d, shift) < 1e-6);
+            sky_free(&a);
+        }
 }
 
 /* ---- T22 ---- */
@@ -1041,6 +1066,41 @@ static void envlt_rotate_turns_directions_and_axes(void **state)
     sky_free(&s);
 }
 
+/* Rows of very unequal energy: the median of a strip may lie in the row before it. */
+static void a_light_of_inversion_lies_in_its_own_stratum(void **state)
+{
+    uint64_t seed = 3;
+    (void)state;
+    for (uint32_t map = 0; map < 40; map++) {
+        sky s = sky_alloc(ENVLT_PROJECTION_LATLONG, 12, 12);
+        envlt_desc desc = desc_of(ENVLT_METHOD_CDF, 2 + map % 14);
+        const envlt_light *list;
+        envlt_lights *l;
+        uint32_t count;
+        for (uint32_t y = 0; y < 12; y++) {
+            double row = exp(8 * rnd(&seed));
+            for (uint32_t x = 0; x < 12; x++)
+                for (size_t c = 0; c < 3; c++) s.rgb[3 * (12 * y + x) + c] = (float)(row * (1 + rnd(&seed)));
+        }
+        l = build(&desc, &s.map, NULL);
+        list = envlt_get_lights(l, &count);
+        for (uint32_t i = 0; i < count; i++) {
+            size_t at = 0;
+            double d[3], omega, most = -1;
+            for (size_t t = 0; t < s.texels; t++) {
+                double cosine = 0;
+                sky_texel(&s, t, d, &omega);
+                for (int c = 0; c < 3; c++) cosine += d[c] * (double)list[i].direction[c];
+                if (cosine > most) most = cosine, at = t;
+            }
+            assert_true(most > 0.999999);
+            assert_int_equal(l->strata[at], i);
+        }
+        envlt_free(l);
+        sky_free(&s);
+    }
+}
+
 /* ---- residual, export ---- */
 
 static void residual_has_no_mean(void **state)
@@ -1195,6 +1255,66 @@ static void harmonics_give_irradiance_in_closed_form(void **state)
     }
 }
 
+/* The nine harmonics of orders 0 to 2, in their order: polynomials over the root of the integral of their squares. */
+static void harmonics_of(const double *d, double *y)
+{
+    const double x = d[0], u = d[1], z = d[2];
+    const double polynomial[9] = { 1, u, z, x, x * u, u * z, 3 * z * z - 1, x * z, x * x - u * u };
+    const double square[9] = { 4,        4 / 3.0,  4 / 3.0, 4 / 3.0, 4 / 15.0,
+                               4 / 15.0, 16 / 5.0, 4 / 15.0, 16 / 15.0 };
+    for (int j = 0; j < 9; j++) y[j] = polynomial[j] / sqrt(square[j] * PI);
+}
+
+static void each_harmonic_of_the_residual_is_the_maps_without_the_lights(void **state)
+{
+    (void)state;
+    for (int cube = 0; cube < 2; cube++) {
+        sky s = cube ? sky_alloc(ENVLT_PROJECTION_CUBE, 8, 8) : sky_alloc(ENVLT_PROJECTION_LATLONG, 24, 12);
+        envlt_desc desc = desc_of(ENVLT_METHOD_DEFAULT, 5);
+        double sum[27] = { 0 }, y[9], d[3], omega, energy[3];
+        const envlt_light *list;
+        envlt_lights *l;
+        uint32_t count;
+        float sh[27];
+        sky_fill(&s, studio);
+        l = build(&desc, &s.map, NULL);
+        list = envlt_get_lights(l, &count);
+        assert_int_equal(count, 5);
+        exact_energy(&s, energy);
+        for (size_t t = 0; t < s.texels; t++) {
+            sky_texel(&s, t, d, &omega);
+            harmonics_of(d, y);
+            for (size_t j = 0; j < 27; j++) sum[j] += omega * (double)s.rgb[3 * t + j % 3] * y[j / 3];
+        }
+        for (uint32_t k = 0; k < count; k++) {
+            for (int c = 0; c < 3; c++) d[c] = (double)list[k].direction[c];
+            harmonics_of(d, y);
+            for (int j = 0; j < 27; j++) sum[j] -= (double)list[k].irradiance[j % 3] * y[j / 3];
+        }
+        assert_int_equal(envlt_residual_sh(l, &s.map, sh), ENVLT_OK);
+        for (int j = 0; j < 27; j++) CLOSE(sh[j], sum[j], 2e-6 * energy[j % 3]);
+        envlt_free(l);
+        sky_free(&s);
+    }
+}
+
+/* By each harmonic alone: pi, 2 pi / 3 and pi / 4 times the harmonic. */
+static void each_harmonic_gives_its_irradiance(void **state)
+{
+    static const float normal[3] = { 0.48f, 0.6f, -0.64f };
+    double d[3], y[9];
+    (void)state;
+    for (int c = 0; c < 3; c++) d[c] = (double)normal[c];
+    harmonics_of(d, y);
+    for (int j = 0; j < 27; j++) {
+        float sh[27] = { 0 }, rgb[3];
+        sh[j] = 1;
+        envlt_sh_irradiance(sh, normal, rgb);
+        for (int c = 0; c < 3; c++)
+            CLOSE(rgb[c], c == j % 3 ? PI * y[j / 3] / (j < 3 ? 1 : j < 12 ? 1.5 : 4) : 0, 1e-6);
+    }
+}
+
 /* Two halves of a stratum's energy, 0.1 from its middle along a known axis: scatter w 0.01. */
 static void the_main_axis_of_two_halves_is_found(void **state)
 {
@@ -1306,6 +1426,7 @@ int main(void)
         cmocka_unit_test(one_texel_is_one_light),
         cmocka_unit_test(seam_is_no_edge),
         cmocka_unit_test(rotation_turns_the_lights),
+        cmocka_unit_test(one_lit_row_turns_its_lights),
         cmocka_unit_test(bad_texels_are_counted),
         cmocka_unit_test(units_change_no_direction),
         cmocka_unit_test(best_method_halves_the_lights),
@@ -1323,10 +1444,13 @@ int main(void)
         cmocka_unit_test(bright_lights_are_matched_first),
         cmocka_unit_test(match_undoes_a_shuffle),
         cmocka_unit_test(envlt_rotate_turns_directions_and_axes),
+        cmocka_unit_test(a_light_of_inversion_lies_in_its_own_stratum),
         cmocka_unit_test(residual_has_no_mean),
         cmocka_unit_test(gltf_is_written),
         cmocka_unit_test(texels_beyond_a_face_are_those_of_the_next),
         cmocka_unit_test(harmonics_give_irradiance_in_closed_form),
+        cmocka_unit_test(each_harmonic_of_the_residual_is_the_maps_without_the_lights),
+        cmocka_unit_test(each_harmonic_gives_its_irradiance),
         cmocka_unit_test(the_main_axis_of_two_halves_is_found),
         cmocka_unit_test(partners_are_nearest),
         cmocka_unit_test(what_is_split_has_energy_on_both_sides),
