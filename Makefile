@@ -375,13 +375,14 @@ $(TOOLS)/glsl: $(wildcard gl_backend/*.h)
 BROWSER_TESTS := $(foreach t,backend state passes viewport gbuffer gbuffer_far picture arguments attributes errors slots fault cycles,gl_backend/$(t)_test) \
   $(foreach t,build twin fast rows shade entity gbuffer fault,csm/gl_$(t)_test) envshadow/gl_twin_test \
   $(foreach t,twin pass rows log import stats,rsm/gl_$(t)_test) $(foreach t,twin scatter choice rows fault log,ism/gl_$(t)_test) \
-  $(foreach t,twin build rows arguments gloss,shadowfield/gl_$(t)_test)
+  $(foreach t,twin build rows arguments gloss haar,shadowfield/gl_$(t)_test)
 FIREFOX_TESTS := $(foreach t,backend attributes state viewport gbuffer picture slots fault,gl_backend/$(t)_test) csm/gl_entity_test csm/gl_gbuffer_test \
   envshadow/gl_twin_test rsm/gl_twin_test ism/gl_twin_test shadowfield/gl_twin_test
 ANGLE_TESTS := $(foreach t,backend gbuffer picture,gl_backend/$(t)_test) csm/gl_entity_test envshadow/gl_twin_test \
   rsm/gl_rows_test ism/gl_twin_test shadowfield/gl_build_test
 ifeq ($(SHORT),1)
-BROWSER_TESTS := $(filter-out $(foreach t,shade twin rows fast fault,csm/gl_$(t)_test) $(foreach t,rows fault choice,ism/gl_$(t)_test),$(BROWSER_TESTS))
+BROWSER_TESTS := $(filter-out $(foreach t,shade twin rows fast fault,csm/gl_$(t)_test) $(foreach t,rows fault choice,ism/gl_$(t)_test) \
+  shadowfield/gl_haar_test,$(BROWSER_TESTS))
 endif
 check-browser:
 	@FIREFOX_TESTS='$(FIREFOX_TESTS)' ANGLE_TESTS='$(ANGLE_TESTS)' sh tools/check-browser $(BROWSER_TESTS)

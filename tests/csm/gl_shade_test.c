@@ -381,7 +381,7 @@ static void lights_by_glsl_of_your_own_agree_with_functions(void **state)
     uint32_t start;
     int i, k;
 
-    if (gl_this_way()->bit != GL_CORE33 && gl_this_way()->bit != GL_ES30) return;
+    if (gl_this_way()->bit != GL_CORE33 && gl_this_way()->bit != GL_WEBGL2) return;
     make_points();
     memset(&desc, 0, sizeof desc);
     desc.width = desc.height = SIDE;

@@ -156,13 +156,17 @@ static double atlas_difference(gl_test *t, const stage *s, glbk_ism_maps *m, con
     return (double)off / (double)used;
 }
 
+/* Browsers draw the first projection and the last, since all take a minute there. Other contexts draw the same GLSL of
+   all four, and in browsers gl_backend/backend_test links it. */
+static int projection_step(void) { return gl_this_way()->bit == GL_WEBGL2 ? 3 : 1; }
+
 static void atlases_are_as_on_the_cpu(void **state)
 {
     GL_TEST(t, state)
     static const char *const names[] = { "default", "cosine", "paraboloid", "octahedral", "lobe" };
     int projection, fill;
     windows_sent = 0;
-    for (projection = 1; projection < 5; projection++)
+    for (projection = 1; projection < 5; projection += projection_step())
         for (fill = 0; fill < 2; fill++) {
             ism_desc d;
             glbk_ism_maps m;
@@ -213,7 +217,7 @@ static void bounces_are_those_of_ism_bounce(void **state)
     int projection, way;
     size_t i, k;
     for (i = 0; i < 3 * 4096; i++) albedos[i] = 0.1f + 0.0002f * (float)i;
-    for (projection = 1; projection < 5; projection++)
+    for (projection = 1; projection < 5; projection += projection_step())
         for (way = 0; way < 3; way++) {
             const uint32_t side = way == 1 ? TILE : 8;
             const size_t count = (size_t)VPLS * side * side;
@@ -297,6 +301,12 @@ static void bounces_refuse_bad_arguments(void **state)
     assert_int_equal(glbk_ism_bounces_create(&t->gl, &m, 512, &b), GLBK_ERR_ARGUMENT);
     if (t->gl.max_side < 65536)
         assert_int_equal(glbk_ism_bounces_create(&t->gl, &m, 256, &b), GLBK_ERR_LIMIT);
+    glbk_ism_maps_free(&t->gl, &m);     /* what is drawn from here on has fewer texels: a 64th */
+    stage_close(s);
+    d.tile_side = 0;
+    s = stage_open(&d, 0);
+    assert_int_equal(ism_scatter(s->maps, &s->frame), ISM_OK);
+    open_maps(t, s, &m);
     assert_glbk(t, glbk_ism_bounces_create(&t->gl, &m, 4, &b));
     assert_int_equal(glbk_ism_bounce(NULL, &b, &m), GLBK_ERR_ARGUMENT);
     assert_int_equal(glbk_ism_bounce(&t->gl, NULL, &m), GLBK_ERR_ARGUMENT);
