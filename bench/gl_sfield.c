@@ -266,7 +266,7 @@ static sfield_result shade_wavelets_cpu(wavelets *w, const board *b, const bn_op
 static glbk_result shade_wavelets_gl(wavelets *w, const board *b, glbk_context *gl)
 {
     const glbk_sfield_haar_scene_desc sd = { (const sfield_field *const *)w->field, FIELDS, 16, ENTITIES, 0 };
-    const glbk_sfield_haar_desc hd = { ROW, SOME / ROW, 16, 0, 0 };
+    const glbk_sfield_haar_desc hd = { ROW, SOME / ROW, 16, 0, 0, 0 };
     glbk_pixel *pixels = calloc(SOME, sizeof *pixels);
     glbk_gbuffer_desc of;
     glbk_result result = pixels ? GLBK_OK : GLBK_ERR_ALLOC;
@@ -290,7 +290,7 @@ static glbk_result shade_wavelets_gl(wavelets *w, const board *b, glbk_context *
         result = glbk_sfield_haar_create(gl, &hd, &w->haar);
     for (int i = 0; i < 2 && result == GLBK_OK; i++) {
         start = ex_seconds();
-        result = glbk_sfield_haar_shade(gl, &w->haar, &w->gbuffer, &w->gl, 0);
+        result = glbk_sfield_haar_shade(gl, &w->haar, &w->gbuffer, &w->gl, NULL, 0);
         gl->gl.Finish();
     }
     w->frame_ms = 1000 * (ex_seconds() - start);

@@ -11,7 +11,7 @@
      has what a camera sees; gl_programs.h, which makes programs; gl_backend.h, which makes the context
      object, textures and targets, and whose conventions, errors and rules about GL's state hold here; and
      shadowfield.h above it. The implementations of all of them belong into some file of the program.
-   - There is light without gloss, and no shader of yours can call it: its passes shade batches of points.
+   - No shader of yours can call it: its passes shade batches of points.
    - It has no resolve: light is a texture that your lighting pass multiplies by the surface's colour.
 
    Quick start
@@ -90,7 +90,7 @@
        glbk_sfield_haar_sky(gl, &scene, texels);                    // sfield_scene_sky, if it has changed
        glbk_gbuffer_begin(gl, &gbuffer, world_to_clip, eye);        // or _import, or _upload
        glbk_gbuffer_object(gl, &gbuffer, &surface);                 // for each object, with your draw
-       glbk_sfield_haar_shade(gl, &haar, &gbuffer, &scene, 0);      // haar.light: times albedo
+       glbk_sfield_haar_shade(gl, &haar, &gbuffer, &scene, eye, 0); // haar.light: times albedo; gloss
 
    Conventions
 
@@ -111,6 +111,7 @@
      section 3.1  S_d, the environment            glbk_sfield_haar_sky     sfield_scene_sky       -
      section 3.1  O_p, self-visibility            glbk_sfield_haar_self    sfield_build_self      -
      section 3.3  wavelets, cut                   glbk_sfield_haar_upload  sfield_query           wavelets
+     section 4.1  the BRDF at the beginning       glbk_sfield_haar_shade   sfield_shade           gloss
      section 4.1  products of wavelets            glbk_sfield_haar_shade   sfield_haar_product    wavelets
 
    Configuration
@@ -172,20 +173,24 @@ GLBK_DEF glbk_result glbk_sfield_haar_create(glbk_context *ctx, const struct glb
    another size free it and create it anew.
    Memory   on the GPU 16 bytes a pixel and, for each point of a batch, 456 cube_side^2 + 1,280 bytes: 30 MB
             for 256 points of 16 texels a side. By compute 24 cube_side^2 bytes for each point of a batch,
-            above 16 texels a side: 50 MB for 2,048 points of 32
+            above 16 texels a side: 50 MB for 2,048 points of 32. With gloss 16 bytes a pixel and, for each
+            point of a batch, 48 cube_side^2 bytes more, 72 by compute
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range. GLBK_ERR_LIMIT:
             width or height is above ctx->max_side. GLBK_ERR_ALLOC. Those of textures, targets and
             glbk_program_compile */
 
 GLBK_DEF glbk_result glbk_sfield_haar_shade(glbk_context *ctx, glbk_sfield_haar *haar,
                                             const glbk_gbuffer *gbuffer, const glbk_sfield_scene *scene,
-                                            int open);
-/* Shades all pixels into haar->light, in (pixels / batch) batches of 3 passes a round and one more, or of one
-   pass by compute. A round takes 16 of what the scene has: its entities, and each light three times more.
+                                            const float eye[3], int open);
+/* Shades all pixels into haar->light and gloss, in (pixels / batch) batches of 3 passes a round and one
+   more, or of one pass by compute. A round takes 16 of what the scene has: its entities, and each light
+   three times more.
+   eye      world, for gloss; NULL = that of the G-buffer, which knows it if it was drawn or imported
    open     not 0: light.a is wanted even if there is no sky; else it is 0 then
-   Errors   GLBK_ERR_ARGUMENT: an object is NULL or was not created. GLBK_ERR_MISMATCH: the scene has
-            harmonics or other texels, was uploaded with another ctx->compute, or is not the one that
-            self-visibility was named for, or the G-buffer has another size. GLBK_ERR_LOST */
+   Errors   GLBK_ERR_ARGUMENT: an object is NULL or was not created, or gloss is shaded and no eye is known.
+            GLBK_ERR_MISMATCH: the scene has harmonics or other texels, was uploaded with another
+            ctx->compute, or is not the one that self-visibility was named for, or the G-buffer has another
+            size. GLBK_ERR_LOST */
 
 GLBK_DEF void glbk_sfield_haar_free(glbk_context *ctx, glbk_sfield_haar *haar);
 /* Deletes the renderer's objects of GL and zeroes the struct. Accepts NULL. */
@@ -210,8 +215,11 @@ typedef struct glbk_sfield_haar_desc {
     uint32_t batch;                     /* points that are shaded at a time, at most so many as textures of
                                            2048 or ctx->max_side a side hold: 672 of cubes of 16, 168 of 32,
                                            40 of 64; by compute 2048. A greater number is taken for that; 0 =
-                                           256, or 2048 by compute. More points make fewer passes */
+                                           256, or 2048 by compute without gloss. More points make fewer
+                                           passes */
     int      self;                      /* not 0: there is room for self-visibility, 4 bytes a pixel */
+    int      gloss;                     /* not 0: gloss is shaded by Phong's lobe and by glTF's metal-rough
+                                           BRDF, as each pixel's material says */
 } glbk_sfield_haar_desc;
 
 /* ==== src/gl_wavelets/api_objects.h ==== */
@@ -246,12 +254,15 @@ GLBK_DEF const glbk_part *glbk_haar_part(void);
 struct glbk_sfield_haar {               /* the light of a picture; read only; zeroed = none */
     glbk_texture light;                 /* GLBK_FORMAT_COLOR: rgb times albedo is radiance; a is the open
                                            share of the cosine-weighted sphere */
-    glbk_target  target;                /* of light, for glbk_target_read */
+    glbk_texture gloss;                 /* Phong: rgb times the specular color is radiance; metal-rough: rgb
+                                           is radiance, and light's rgb has its factor 1 - F. Made if
+                                           desc.gloss is set */
+    glbk_target  target;                /* of light and gloss, for glbk_target_read */
     glbk_texture self;                  /* private, like all that follows but width, height and cube_side */
     glbk_texture list[3];               /* kinds, and weights of corners and of shells */
     glbk_texture met[2];
     glbk_texture cubes;
-    glbk_texture left[2][3];            /* T, in two parts, and sums */
+    glbk_texture left[2][4];            /* T, in two parts, and sums of light and gloss */
     glbk_target  list_target[2];
     glbk_target  cubes_target;
     glbk_target  left_target[2];
@@ -260,7 +271,7 @@ struct glbk_sfield_haar {               /* the light of a picture; read only; ze
     glbk_program multiply;
     glbk_program sum;
     glbk_program shade;                 /* by compute, in place of all these */
-    glbk_buffer  kept;                  /* T of a batch */
+    glbk_buffer  kept;                  /* T and kernels of a batch */
     glbk_buffer  block;
     uint32_t     width;
     uint32_t     height;
@@ -268,6 +279,7 @@ struct glbk_sfield_haar {               /* the light of a picture; read only; ze
     uint32_t     batch;                 /* points */
     uint32_t     columns;               /* cubes in a row of their texture */
     int          has_self;
+    int          has_gloss;
     int          compute;               /* not 0: pixels are shaded by a compute shader */
     uint64_t     self_of;               /* which scene's places self has; 0 = nothing was said */
 };
@@ -286,7 +298,8 @@ struct glbk_sfield_haar {               /* the light of a picture; read only; ze
     X(usampler2D, glbk_haar_cubes, 2)               /* texels of lists' cubes */            \
     X(usampler2D, glbk_haar_lower, 12)              /* T after the round before */          \
     X(usampler2D, glbk_haar_upper, 13)                                                      \
-    X(usampler2D, glbk_haar_sums, 14)               /* light of the rounds before */
+    X(usampler2D, glbk_haar_sums, 14)               /* light of the rounds before */        \
+    X(usampler2D, glbk_haar_shine, 1)               /* their gloss; no program reads met, too */
 
 /* This block says which points a batch has, and how textures hold them. */
 #define GLBK_HAAR_BATCH_MEMBERS(X)                                                          \
@@ -299,10 +312,11 @@ struct glbk_sfield_haar {               /* the light of a picture; read only; ze
     X(uint, own, 1)                         /* not 0: there is self-visibility */           \
     X(uint, side, 1)                        /* texels a side of a cube's face */            \
     X(uint, columns, 1)                     /* cubes of a row */                            \
-    X(uint, unused0, 1) X(uint, unused1, 1)
+    X(uint, unused0, 1) X(uint, unused1, 1)                                                 \
+    X(vec4, eye, 1)                         /* world; w is not used */
 
 #define GLBK_HAAR_BLOCKS(X) X(glbk_haar_batch, 4, GLBK_HAAR_BATCH_MEMBERS)
-/* The compute shader keeps T there if shared memory has no room for it. */
+/* The compute shader keeps T there if shared memory has no room for it, and kernels of BRDFs. */
 #define GLBK_HAAR_STORAGE(X) X(restrict, float, glbk_haar_left, 0)
 
 #define GLBK_HAAR_IMAGES(X)
@@ -416,21 +430,22 @@ static inline float glbk_haar__get_f32(const uint8_t *p)
 
 
 static const struct { char facts[39];
-    char s0[146]; char end; } glbk__glsl_lib_haar_batch_glsl GLBK__TIGHT = {
+    char s0[156]; char end; } glbk__glsl_lib_haar_batch_glsl GLBK__TIGHT = {
     "lib/haar_batch.glsl\0" "" "\0" "" "\0"
     "" "\0" "glbk_haar_batch",
     "\nlayout(std140)uniform glbk_haar_batch_block{\n"
     "uint left,bottom,width,count,slots,round,last,own,side,columns,unused0,\n"
     "unused1;\n"
+    "vec4 eye;\n"
     "}glbk_haar_batch;\n", 0
 };
 
 static const struct { char facts[27];
-    char s0[268]; char end; } glbk__glsl_lib_haar_bindings_glsl GLBK__TIGHT = {
+    char s0[284]; char end; } glbk__glsl_lib_haar_bindings_glsl GLBK__TIGHT = {
     "lib/haar_bindings.glsl\0" "" "\0" "" "\0"
     "" "\0" "",
     "\nuniform usampler2D glbk_haar_what,glbk_haar_corner,glbk_haar_weight,glbk_haar_met,\n"
-    "glbk_haar_cubes,glbk_haar_lower,glbk_haar_upper,glbk_haar_sums;\n"
+    "glbk_haar_cubes,glbk_haar_lower,glbk_haar_upper,glbk_haar_sums,glbk_haar_shine;\n"
     "#if __VERSION__ >= 430\n"
     "layout(std430,binding=0)restrict buffer glbk_haar_left_storage{float glbk_haar_left[];};\n"
     "#endif\n", 0
@@ -487,6 +502,103 @@ static const struct { char facts[87];
     "return what.y+(right?1u:0u)+(up?side:0u)+(outer?6u*side*side:0u)+\n"
     "(after?weight.w:0u);\n"
     "}\n", 0
+};
+
+static const struct { char facts[50];
+    char s0[2918]; char end; } glbk__glsl_lib_sfield_haar_gloss_glsl GLBK__TIGHT = {
+    "lib/sfield_haar_gloss.glsl\0" "sfield_haar gbuffer" "\0" "" "\0"
+    "" "\0" "",
+    "\n\n\n#ifndef SFIELD_GLOSS\n"
+    "#define SFIELD_GLOSS 0\n"
+    "#endif\n"
+    "#if SFIELD_GLOSS\n"
+    "\nstruct sfield_look{\n"
+    "vec3 n,v,mirror;\n"
+    "bool metal;\n"
+    "float exponent;\n"
+    "float a2,nv,go;\n"
+    "float width;\n"
+    "vec3 facing;\n"
+    "};\n"
+    "\n\n\n\nbool sfield_read_look(const glbk_point p,out sfield_look b)\n"
+    "{\n"
+    "vec3 view=glbk_haar_batch.eye.xyz-p.position;\n"
+    "bool seen=dot(view,view)>.0;\n"
+    "b.n=p.normal;\n"
+    "b.v=seen?normalize(view):p.normal;\n"
+    "b.nv=dot(b.n,b.v);\n"
+    "float least=mix(.08,.105/float(glbk_haar_batch.side),clamp(10.*b.nv,.0,1.));\n"
+    "float alpha=clamp(p.roughness*p.roughness,least,1.);\n"
+    "b.mirror=2.*b.nv*b.n-b.v;\n"
+    "b.metal=p.kind==GLBK_METAL_ROUGH;\n"
+    "b.exponent=p.exponent>.0&&seen?clamp(p.exponent,1.,1000.):.0;\n"
+    "b.facing=vec3(1.);\n"
+    "if(b.metal)b.facing=.04+clamp(p.metallic,.0,1.)*(clamp(p.diffuse,.0,1.)-.04);\n"
+    "if(b.nv<1e-3&&b.metal){\n"
+    "vec3 t=b.v-b.nv*b.n,x=abs(b.n.x)<.6?vec3(1.,.0,.0):vec3(.0,1.,.0);\n"
+    "if(dot(t,t)<1e-12)t=cross(b.n,x);\n"
+    "b.nv=1e-3;\n"
+    "b.v=normalize(t)+1e-3*b.n;\n"
+    "}\n"
+    "b.a2=alpha*alpha;\n"
+    "b.go=sqrt(b.a2+(1.-b.a2)*b.nv*b.nv);\n"
+    "b.width=b.metal?alpha:sqrt(2./max(b.exponent,1.));\n"
+    "return seen||!b.metal;\n"
+    "}\n"
+    "\n\nfloat sfield_power(float x,float e)\n"
+    "{\n"
+    "float whole=floor(e),power=pow(max(x,1e-30),e-whole);\n"
+    "for(int i=0;i<10;i++){\n"
+    "float half_of=floor(.5*whole);\n"
+    "power*=whole>2.*half_of?x:1.;\n"
+    "whole=half_of;\n"
+    "x*=x;\n"
+    "}\n"
+    "return power;\n"
+    "}\n"
+    "\n\nvec3 sfield_response(const sfield_look b,vec3 l)\n"
+    "{\n"
+    "float nl=max(dot(b.n,l),.0),along=max(dot(b.mirror,l),.0);\n"
+    "float lobe=b.exponent>.0?(b.exponent+2.)*.159154943*sfield_power(along,b.exponent):.0;\n"
+    "vec3 h=l+b.v,off=cross(h,b.n);\n"
+    "float hh=max(dot(h,h),4e-6),nh=dot(h,b.n);\n"
+    "float q=(dot(off,off)+nh*nh*b.a2)/hh;\n"
+    "float fifth=1.-sqrt(min(.25*hh,1.));\n"
+    "fifth*=fifth*fifth*(fifth*fifth);\n"
+    "float all=nl*.159154943*b.a2/(q*q);\n"
+    "all/=nl*b.go+b.nv*sqrt(b.a2+(1.-b.a2)*nl*nl);\n"
+    "vec3 metal=vec3(nl*.318309886*(1.-fifth),all*(1.-fifth),all*fifth);\n"
+    "vec3 plain=vec3(nl,nl*lobe,.0);\n"
+    "if(nl==.0)metal=vec3(.0);\n"
+    "return b.metal?metal:plain;\n"
+    "}\n"
+    "\n\n\nuint sfield_count_parts(const sfield_look b,vec3 l)\n"
+    "{\n"
+    "float texel=1.57079633/float(glbk_haar_batch.side);\n"
+    "vec3 h=l+b.v;\n"
+    "float hh=dot(h,h),off=dot(h,b.n),hv=dot(h,b.v);\n"
+    "float turned=texel*.5*sqrt(hh)/max(hv,1e-3);\n"
+    "float tail=sqrt(max(hh/max(off*off,1e-12)-1.,.0));\n"
+    "float wide=max(.5*(tail-turned),b.width);\n"
+    "uint parts=off>.0?min(uint(2.*turned/wide)+1u,16u):1u;\n"
+    "bool far=b.exponent==.0||dot(l,b.mirror)<1.-8.*b.width*b.width-texel;\n"
+    "uint of_lobe=far?1u:uint(2.*texel/b.width)+1u;\n"
+    "return b.metal?parts:of_lobe;\n"
+    "}\n"
+    "\n\n\nvec3 sfield_kernels(const sfield_look b,uint face,ivec2 texel)\n"
+    "{\n"
+    "vec3 middle=normalize(sfield_from_face(face,sfield_middle(texel))),sum=vec3(.0);\n"
+    "uint parts=sfield_count_parts(b,middle);\n"
+    "float side=float(glbk_haar_batch.side*parts);\n"
+    "for(uint i=0u;i<parts*parts;i++){\n"
+    "vec2 at=vec2(texel)*float(parts)+vec2(float(i%parts),float(i/parts));\n"
+    "sum+=sfield_response(b,normalize(sfield_from_face(face,(2.*at+1.)/side-1.)));\n"
+    "}\n"
+    "sum/=float(parts*parts);\n"
+    "vec3 plain=vec3(max(dot(middle,b.n),.0),sum.y,.0);\n"
+    "return b.metal?sum:plain;\n"
+    "}\n"
+    "#endif\n", 0
 };
 
 static const struct { char facts[54];
@@ -605,11 +717,14 @@ static const struct { char facts[41];
     "}\n", 0
 };
 
-static const struct { char facts[51];
-    char s0[2451]; char end; } glbk__glsl_prog_sfield_haar_cubes_frag GLBK__TIGHT = {
+static const struct { char facts[82];
+    char s0[2545]; char end; } glbk__glsl_prog_sfield_haar_cubes_frag GLBK__TIGHT = {
     "prog/sfield_haar_cubes.frag\0" "sfield_haar gbuffer" "\0" "" "\0"
-    "" "\0" "",
-    "\n\n\n\nlayout(location=0)out uvec4 quad;\n"
+    "SFIELD_GLOSS=0 | SFIELD_GLOSS=1" "\0" "",
+    "\n\n\n\n\n#ifndef SFIELD_GLOSS\n"
+    "#define SFIELD_GLOSS 0\n"
+    "#endif\n"
+    "layout(location=0)out uvec4 quad;\n"
     "\n\nvec2 sfield_halves(uint word){return vec2(float(int(word<<16)>>16),float(int(word)>>16));}\n"
     "\n\nvec4 sfield_descend(uint root,uint texels,uint channel,uvec2 at,uint levels)\n"
     "{\n"
@@ -641,6 +756,9 @@ static const struct { char facts[51];
     "bool seen=glbk_read_point(sfield_pixel(point),p);\n"
     "bool turned=sfield_is_turned(entity);\n"
     "float side=float(glbk_haar_batch.side),margin=(turned?8.:2.)/side;\n"
+    "#if SFIELD_GLOSS\n"
+    "margin+=1.5/side;\n"
+    "#endif\n"
     "vec3 n=p.normal;\n"
     "if(turned)n=sfield_turn(entity,n);\n"
     "return!seen||dot(normalize(sfield_from_face(face,(4.*vec2(at)+2.)/side-1.)),n)<-margin;\n"
@@ -677,13 +795,16 @@ static const struct { char facts[51];
     "}\n", 0
 };
 
-static const struct { char facts[56];
-    char s0[3178]; char end; } glbk__glsl_prog_sfield_haar_light_frag GLBK__TIGHT = {
-    "prog/sfield_haar_light.frag\0" "sfield_haar_turn gbuffer" "\0" "" "\0"
-    "" "\0" "",
-    "\n\n\n\nlayout(location=0)out uvec4 lower;\n"
+static const struct { char facts[105];
+    char s0[3992]; char s1[866]; char end; } glbk__glsl_prog_sfield_haar_light_frag GLBK__TIGHT = {
+    "prog/sfield_haar_light.frag\0" "sfield_haar_turn sfield_haar_gloss gbuffer" "\0" "" "\0"
+    "SFIELD_GLOSS=0 | SFIELD_GLOSS=1" "\0" "",
+    "\n\n\n\n\n\nlayout(location=0)out uvec4 lower;\n"
     "layout(location=1)out uvec4 upper;\n"
     "layout(location=2)out uvec4 light;\n"
+    "#if SFIELD_GLOSS\n"
+    "layout(location=3)out uvec4 shine;\n"
+    "#endif\n"
     "\n\nfloat sfield_tap(uint cube,uint face,ivec2 texel)\n"
     "{\n"
     "texel=sfield_wrap(face,texel);\n"
@@ -703,6 +824,31 @@ static const struct { char facts[56];
     "uint side=glbk_haar_batch.side,at=(face*side+uint(texel.y))*side+uint(texel.x);\n"
     "return uintBitsToFloat(SFIELD_MOVING(glbk_sfield_contents.sky_texel+at));\n"
     "}\n"
+    "\n#if SFIELD_GLOSS\n"
+    "\nstruct sfield_weights{vec4 a[3],b[3];};\n"
+    "\n\nsfield_look sfield_begin_gloss(uint point,uint face,ivec2 corner,inout vec4 a,inout vec4 b,\n"
+    "out sfield_weights w)\n"
+    "{\n"
+    "glbk_point p;\n"
+    "sfield_look look;\n"
+    "for(int k=0;k<3;k++)w.a[k]=w.b[k]=vec4(.0);\n"
+    "bool seen=glbk_read_point(sfield_pixel(point),p);\n"
+    "seen=sfield_read_look(p,look)&&seen;\n"
+    "int count=seen?int(min(glbk_haar_batch.columns+7u,8u)):0;\n"
+    "for(int i=0;i<count;i++){\n"
+    "ivec2 texel=corner+sfield_step(i);\n"
+    "vec3 kernels=sfield_kernels(look,face,texel);\n"
+    "float t=any(greaterThan(kernels,vec3(.0)))?sfield_sky(face,texel).w:.0;\n"
+    "a+=sfield_component(i,t);\n"
+    "b+=sfield_component(i-4,t);\n"
+    "for(int k=0;k<3;k++){\n"
+    "w.a[k]+=sfield_component(i,kernels[k]);\n"
+    "w.b[k]+=sfield_component(i-4,kernels[k]);\n"
+    "}\n"
+    "}\n"
+    "return look;\n"
+    "}\n"
+    "#endif\n"
     "\n\nvoid sfield_begin(uint point,uint face,ivec2 corner,inout vec4 a,inout vec4 b)\n"
     "{\n"
     "glbk_point p;\n"
@@ -736,10 +882,21 @@ static const struct { char facts[56];
     "ivec2 corner=ivec2(here%size*uvec2(4u,2u));\n"
     "vec4 a=vec4(.0),b=vec4(.0),sums=vec4(.0),p,q;\n"
     "lower=upper=light=uvec4(0u);\n"
+    "#if SFIELD_GLOSS\n"
+    "shine=uvec4(0u);\n"
+    "#endif\n"
     "if(point>=glbk_haar_batch.count||cell.x>=6u*columns)return;\n"
+    "#if SFIELD_GLOSS\n"
+    "vec3 glossy=vec3(.0);\n"
+    "sfield_weights w;\n"
+    "sfield_look look=sfield_begin_gloss(point,face,corner,a,b,w);\n"
+    "if(glbk_haar_batch.round>0u){\n"
+    "glossy=uintBitsToFloat(texelFetch(glbk_haar_shine,ivec2(here),0).xyz);\n"
+    "#else\n"
     "if(glbk_haar_batch.round==0u){\n"
     "sfield_begin(point,face,corner,a,b);\n"
     "}else{\n"
+    "#endif\n"
     "a=uintBitsToFloat(texelFetch(glbk_haar_lower,ivec2(here),0));\n"
     "b=uintBitsToFloat(texelFetch(glbk_haar_upper,ivec2(here),0));\n"
     "sums=uintBitsToFloat(texelFetch(glbk_haar_sums,ivec2(here),0));\n"
@@ -755,16 +912,36 @@ static const struct { char facts[56];
     "}else{\n"
     "bvec3 channel=equal(uvec3(what.x-SFIELD_LIGHT),uvec3(0u,1u,2u));\n"
     "vec3 tint=uintBitsToFloat(sfield_entity(what.z,6u).xyz)*vec3(channel);\n"
+    "#if SFIELD_GLOSS\n"
+    "p*=a;\n"
+    "q*=b;\n",
+    "sums.xyz+=(dot(p,w.a[0])+dot(q,w.b[0]))*tint;\n"
+    "glossy+=(dot(p,w.a[1])+dot(q,w.b[1]))*tint*look.facing;\n"
+    "glossy+=(dot(p,w.a[2])+dot(q,w.b[2]))*tint;\n"
+    "#else\n"
     "sums.xyz+=(dot(a,p)+dot(b,q))*tint;\n"
+    "#endif\n"
     "}\n"
     "}\n"
     "for(int i=0;i<8&&!dark&&glbk_haar_batch.last!=0u;i++){\n"
-    "float t=dot(sfield_component(i,1.),a)+dot(sfield_component(i-4,1.),b);\n"
-    "sums+=vec4(t*sfield_sky(face,corner+sfield_step(i)).xyz,t);\n"
+    "vec4 left=sfield_component(i,1.),right=sfield_component(i-4,1.);\n"
+    "float t=dot(left,a)+dot(right,b);\n"
+    "vec3 sky=sfield_sky(face,corner+sfield_step(i)).xyz;\n"
+    "#if SFIELD_GLOSS\n"
+    "float cosine=max(dot(sfield_direction(face,corner+sfield_step(i)),look.n),.0);\n"
+    "sums+=t*vec4((dot(left,w.a[0])+dot(right,w.b[0]))*sky,cosine);\n"
+    "glossy+=t*(dot(left,w.a[1])+dot(right,w.b[1]))*sky*look.facing;\n"
+    "glossy+=t*(dot(left,w.a[2])+dot(right,w.b[2]))*sky;\n"
+    "#else\n"
+    "sums+=vec4(t*sky,t);\n"
+    "#endif\n"
     "}\n"
     "lower=floatBitsToUint(a);\n"
     "upper=floatBitsToUint(b);\n"
     "light=floatBitsToUint(sums);\n"
+    "#if SFIELD_GLOSS\n"
+    "shine=uvec4(floatBitsToUint(glossy),0u);\n"
+    "#endif\n"
     "}\n", 0
 };
 
@@ -810,11 +987,11 @@ static const struct { char facts[69];
     "}\n", 0
 };
 
-static const struct { char facts[134];
-    char s0[3957]; char s1[3936]; char end; } glbk__glsl_prog_sfield_haar_shade_comp GLBK__TIGHT = {
-    "prog/sfield_haar_shade.comp\0" "sfield_haar_turn sfield_haar_list gbuffer" "\0" "" "\0"
-    "SFIELD_BANDS=1 SFIELD_SIDE=16 | SFIELD_BANDS=1 SFIELD_SIDE=32" "\0" "",
-    "\n\n\n\n\n\n\n#ifndef SFIELD_SIDE\n"
+static const struct { char facts[276];
+    char s0[3997]; char s1[3985]; char s2[1452]; char end; } glbk__glsl_prog_sfield_haar_shade_comp GLBK__TIGHT = {
+    "prog/sfield_haar_shade.comp\0" "sfield_haar_turn sfield_haar_list sfield_haar_gloss gbuffer" "\0" "" "\0"
+    "SFIELD_BANDS=1 SFIELD_SIDE=16 SFIELD_GLOSS=0 | SFIELD_BANDS=1 SFIELD_SIDE=32 SFIELD_GLOSS=0 | SFIELD_BANDS=1 SFIELD_SIDE=16 SFIELD_GLOSS=1 | SFIELD_BANDS=1 SFIELD_SIDE=32 SFIELD_GLOSS=1" "\0" "",
+    "\n\n\n\n\n\n\n\n\n#ifndef SFIELD_SIDE\n"
     "#define SFIELD_SIDE 16\n"
     "#endif\n"
     "#define SFIELD_FACE uint(SFIELD_SIDE * SFIELD_SIDE)\n"
@@ -825,11 +1002,20 @@ static const struct { char facts[134];
     "layout(local_size_x=64)in;\n"
     "\nshared float sfield_w[6*(SFIELD_SIDE+2)*(SFIELD_SIDE+2)];\n"
     "#if SFIELD_SIDE > 16\n"
-    "#define SFIELD_T(i) glbk_haar_left[(gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * 6u * \\\n"
-    "SFIELD_FACE + (i)]\n"
+    "#define SFIELD_PLANES (1u + 3u * uint(SFIELD_GLOSS))\n"
+    "#define SFIELD_T(i) glbk_haar_left[sfield_plane(0u) + (i)]\n"
     "#else\n"
+    "#define SFIELD_PLANES (3u * uint(SFIELD_GLOSS))\n"
     "shared float sfield_t[6*SFIELD_SIDE*SFIELD_SIDE];\n"
     "#define SFIELD_T(i) sfield_t[i]\n"
+    "#endif\n"
+    "#if SFIELD_GLOSS\n"
+    "#define SFIELD_CHAINS 3u\n"
+    "#define SFIELD_K(k, i) glbk_haar_left[sfield_plane((k) + SFIELD_PLANES - 3u) + (i)]\n"
+    "shared vec4 sfield_shines[64];\n"
+    "#else\n"
+    "#define SFIELD_CHAINS 1u\n"
+    "#define SFIELD_K(k, i) 1.0\n"
     "#endif\n"
     "shared uint sfield_least,sfield_next,sfield_covered,sfield_faces;\n"
     "shared uvec3 sfield_samples[16];\n"
@@ -838,6 +1024,11 @@ static const struct { char facts[134];
     "{\n"
     "memoryBarrierShared();\n"
     "barrier();\n"
+    "}\n"
+    "\n\nuint sfield_plane(uint number)\n"
+    "{\n"
+    "uint group=gl_WorkGroupID.y*gl_NumWorkGroups.x+gl_WorkGroupID.x;\n"
+    "return(group*SFIELD_PLANES+number)*6u*SFIELD_FACE;\n"
     "}\n"
     "\n\nuint sfield_at(uint face,uint x,uint y){return(face*SFIELD_RIM+y+1u)*SFIELD_RIM+x+1u;}\n"
     "\nfloat sfield_tap(uint cube,uint face,ivec2 texel)\n"
@@ -924,7 +1115,7 @@ static const struct { char facts[134];
     "}\n"
     "}\n"
     "return sum;\n"
-    "}\n"
+    "}\n",
     "\n\nmat3 sfield_turn_of(uint entity)\n"
     "{\n"
     "return transpose(mat3(uintBitsToFloat(sfield_entity(entity,2u).xyz),\n"
@@ -935,7 +1126,7 @@ static const struct { char facts[134];
     "{\n"
     "vec3 d=turn*sfield_from_face(i/SFIELD_FACE,sfield_middle(sfield_texel_of(i)));\n"
     "vec2 st;\n"
-    "uint face=sfield_to_face(d,st);\n",
+    "uint face=sfield_to_face(d,st);\n"
     "bool inside=max(abs(st.x),abs(st.y))<1.-1./float(SFIELD_SIDE);\n"
     "float seen=.0;\n"
     "if(!inside||SFIELD_HAS(faces,face))seen=sfield_between(0u,d);\n"
@@ -960,28 +1151,40 @@ static const struct { char facts[134];
     "}\n"
     "sfield_clear(faces);\n"
     "}\n"
-    "\n\nvec3 sfield_light(uint entity)\n"
+    "\n\nvoid sfield_light(uint entity,inout mat3 sums)\n"
     "{\n"
     "uint faces=sfield_faces;\n"
-    "vec3 rgb=vec3(.0);\n"
-    "if(faces==0u)return rgb;\n"
+    "vec3 tint=uintBitsToFloat(sfield_entity(entity,6u).xyz);\n"
+    "if(faces==0u)return;\n"
     "if(sfield_is_turned(entity)){\n"
     "mat3 turn=sfield_turn_of(entity);\n"
     "for(uint c=0u;c<3u;c++){\n"
-    "vec3 channel=vec3(equal(uvec3(c),uvec3(0u,1u,2u)));\n"
+    "vec3 channel=tint*vec3(equal(uvec3(c),uvec3(0u,1u,2u)));\n"
     "sfield_expand(16u,c,true);\n"
     "for SFIELD_EACH(i,6u*SFIELD_FACE)\n"
-    "if(SFIELD_T(i)!=.0)rgb+=SFIELD_T(i)*sfield_seen(i,turn,faces)*channel;\n"
+    "if(SFIELD_T(i)!=.0){\n"
+    "vec3 rgb=SFIELD_T(i)*sfield_seen(i,turn,faces)*channel;\n"
+    "sums[0]+=SFIELD_K(0u,i)*rgb;\n"
+    "#if SFIELD_GLOSS\n"
+    "sums[1]+=SFIELD_K(1u,i)*rgb;\n"
+    "sums[2]+=SFIELD_K(2u,i)*rgb;\n"
+    "#endif\n"
+    "}\n"
     "sfield_clear(faces);\n"
     "}\n"
     "}else{\n"
+    "for(uint k=0u;k<SFIELD_CHAINS;k++){\n"
     "for SFIELD_EACH(i,6u*SFIELD_FACE)\n"
-    "if(SFIELD_HAS(faces,i/SFIELD_FACE))sfield_w[sfield_w_of(i)]=SFIELD_T(i);\n"
+    "if(SFIELD_HAS(faces,i/SFIELD_FACE))\n"
+    "sfield_w[sfield_w_of(i)]=SFIELD_T(i)*SFIELD_K(k,i);\n"
     "sfield_transform(false,faces);\n"
-    "rgb=sfield_shine(16u);\n"
+    "vec3 rgb=sfield_shine(16u)*tint;\n"
+    "sums[0]+=k==0u?rgb:vec3(.0);\n"
+    "sums[1]+=k==1u?rgb:vec3(.0);\n"
+    "sums[2]+=k==2u?rgb:vec3(.0);\n"
     "sfield_clear(faces);\n"
     "}\n"
-    "return rgb*uintBitsToFloat(sfield_entity(entity,6u).xyz);\n"
+    "}\n"
     "}\n"
     "\n\nbool sfield_choose(float mine,uint id,out float d2,out uint chosen)\n"
     "{\n"
@@ -1011,9 +1214,9 @@ static const struct { char facts[134];
     "sfield_samples[gl_LocalInvocationIndex]=uvec3(head.xy,floatBitsToUint(share));\n"
     "atomicOr(sfield_faces,head.w);\n"
     "}\n"
-    "\n\nvec3 sfield_walk(glbk_point p)\n"
+    "\n\n\nmat3 sfield_walk(glbk_point p)\n"
     "{\n"
-    "vec3 sum=vec3(.0);\n"
+    "mat3 sum=mat3(.0);\n"
     "float mine=-1.,d2;\n"
     "uint me=gl_LocalInvocationIndex,found=0u,id;\n"
     "sfield_find(p.position,p.normal,p.entity,me,SFIELD_GROUP,mine,found);\n"
@@ -1028,7 +1231,7 @@ static const struct { char facts[134];
     "sfield_collect(p.position,d2,id);\n"
     "sfield_wait();\n"
     "if(hides&&sfield_covered==0u)sfield_hide(16u,id>>2);\n"
-    "if(!hides)sum+=sfield_light(id>>2);\n"
+    "if(!hides)sfield_light(id>>2,sum);\n"
     "sfield_wait();\n"
     "}\n"
     "return sum;\n"
@@ -1037,12 +1240,26 @@ static const struct { char facts[134];
     "{\n"
     "ivec2 at=ivec2(glbk_haar_batch.left,glbk_haar_batch.bottom)+ivec2(gl_WorkGroupID.xy);\n"
     "uint me=gl_LocalInvocationIndex,own=0u;\n"
-    "vec4 sums=vec4(.0);\n"
+    "float open=.0;\n"
+    "vec4 scale=vec4(1./3.14159265),light;\n"
+    "mat3 sums=mat3(.0);\n"
     "glbk_point p;\n"
-    "if(glbk_read_point(at,p)){\n"
+    "bool seen=glbk_read_point(at,p);\n"
+    "#if SFIELD_GLOSS\n"
+    "sfield_look look;\n"
+    "seen=sfield_read_look(p,look)&&seen;\n"
+    "if(look.metal)scale.xyz=1.-look.facing;\n"
+    "#endif\n"
+    "if(seen){\n"
     "for SFIELD_EACH(i,6u*SFIELD_FACE){\n"
+    "#if SFIELD_GLOSS\n",
+    "vec3 kernels=sfield_kernels(look,i/SFIELD_FACE,sfield_texel_of(i));\n"
+    "SFIELD_T(i)=any(greaterThan(kernels,vec3(.0)))?sfield_sky(i).w:.0;\n"
+    "for(uint k=0u;k<3u;k++)SFIELD_K(k,i)=kernels[k];\n"
+    "#else\n"
     "vec3 direction=sfield_direction(i/SFIELD_FACE,sfield_texel_of(i));\n"
     "SFIELD_T(i)=max(dot(direction,p.normal),.0)*sfield_sky(i).w;\n"
+    "#endif\n"
     "sfield_w[sfield_w_of(i)]=.0;\n"
     "}\n"
     "if(glbk_haar_batch.own!=0u)own=texelFetch(glbk_sfield_self,ivec3(at,0),0).x;\n"
@@ -1055,34 +1272,72 @@ static const struct { char facts[134];
     "sfield_hide(1u,turns?p.entity-1u:SFIELD_NOBODY);\n"
     "sfield_wait();\n"
     "}\n"
-    "sums.xyz=sfield_walk(p);\n"
+    "sums=sfield_walk(p);\n"
     "for SFIELD_EACH(i,6u*SFIELD_FACE)\n"
-    "if(glbk_haar_batch.last!=0u)sums+=SFIELD_T(i)*vec4(sfield_sky(i).xyz,1.);\n"
+    "if(glbk_haar_batch.last!=0u){\n"
+    "vec3 sky=SFIELD_T(i)*sfield_sky(i).xyz;\n"
+    "float t=SFIELD_T(i);\n"
+    "sums[0]+=SFIELD_K(0u,i)*sky;\n"
+    "#if SFIELD_GLOSS\n"
+    "sums[1]+=SFIELD_K(1u,i)*sky;\n"
+    "sums[2]+=SFIELD_K(2u,i)*sky;\n"
+    "t*=max(dot(sfield_direction(i/SFIELD_FACE,sfield_texel_of(i)),p.normal),.0);\n"
+    "#endif\n"
+    "open+=t;\n"
     "}\n"
-    "sfield_parts[me]=sums;\n"
+    "}\n"
+    "light=vec4(sums[0],open);\n"
+    "sfield_parts[me]=light;\n"
+    "#if SFIELD_GLOSS\n"
+    "vec4 shine=vec4(sums[1]*look.facing+sums[2],.0);\n"
+    "sfield_shines[me]=shine;\n"
+    "#endif\n"
     "sfield_wait();\n"
     "if(me!=0u)return;\n"
-    "for(uint i=1u;i<SFIELD_GROUP;i++)sums+=sfield_parts[i];\n"
-    "imageStore(glbk_sfield_light_image,at,sums*(1./3.14159265));\n"
+    "for(uint i=1u;i<SFIELD_GROUP;i++)light+=sfield_parts[i];\n"
+    "imageStore(glbk_sfield_light_image,at,light*scale);\n"
+    "#if SFIELD_GLOSS\n"
+    "for(uint i=1u;i<SFIELD_GROUP;i++)shine+=sfield_shines[i];\n"
+    "imageStore(glbk_sfield_gloss_image,at,shine);\n"
+    "#endif\n"
     "}\n", 0
 };
 
-static const struct { char facts[41];
-    char s0[520]; char end; } glbk__glsl_prog_sfield_haar_sum_frag GLBK__TIGHT = {
-    "prog/sfield_haar_sum.frag\0" "sfield_haar" "\0" "" "\0"
-    "" "\0" "",
-    "\n\n\nlayout(location=0)out glbk_color light;\n"
+static const struct { char facts[80];
+    char s0[1001]; char end; } glbk__glsl_prog_sfield_haar_sum_frag GLBK__TIGHT = {
+    "prog/sfield_haar_sum.frag\0" "sfield_haar gbuffer" "\0" "" "\0"
+    "SFIELD_GLOSS=0 | SFIELD_GLOSS=1" "\0" "",
+    "\n\n\n\n#ifndef SFIELD_GLOSS\n"
+    "#define SFIELD_GLOSS 0\n"
+    "#endif\n"
+    "layout(location=0)out glbk_color light;\n"
+    "#if SFIELD_GLOSS\n"
+    "layout(location=1)out glbk_color gloss;\n"
+    "#endif\n"
     "\nvoid main()\n"
     "{\n"
     "uint side=glbk_haar_batch.side,columns=2u*glbk_haar_batch.columns;\n"
     "uvec2 at=uvec2(gl_FragCoord.xy)-uvec2(glbk_haar_batch.left,glbk_haar_batch.bottom);\n"
     "uint point=at.y*glbk_haar_batch.width+at.x;\n"
     "ivec2 size=ivec2(6u*(side/4u),side/2u),first=ivec2(point%columns,point/columns)*size;\n"
-    "vec4 sum=vec4(.0);\n"
+    "vec4 sum=vec4(.0),scale=vec4(1./3.14159265);\n"
+    "#if SFIELD_GLOSS\n"
+    "vec4 glossy=vec4(.0);\n"
+    "glbk_point p;\n"
+    "if(glbk_read_point(ivec2(gl_FragCoord.xy),p)&&p.kind==GLBK_METAL_ROUGH)\n"
+    "scale.xyz=.96-clamp(p.metallic,.0,1.)*(clamp(p.diffuse,.0,1.)-.04);\n"
+    "#endif\n"
     "for(int y=0;y<size.y;y++)\n"
-    "for(int x=0;x<size.x;x++)\n"
+    "for(int x=0;x<size.x;x++){\n"
     "sum+=uintBitsToFloat(texelFetch(glbk_haar_sums,first+ivec2(x,y),0));\n"
-    "light=glbk_pack(sum*(1./3.14159265));\n"
+    "#if SFIELD_GLOSS\n"
+    "glossy+=uintBitsToFloat(texelFetch(glbk_haar_shine,first+ivec2(x,y),0));\n"
+    "#endif\n"
+    "}\n"
+    "light=glbk_pack(sum*scale);\n"
+    "#if SFIELD_GLOSS\n"
+    "gloss=glbk_pack(glossy);\n"
+    "#endif\n"
     "}\n", 0
 };
 
@@ -1090,6 +1345,7 @@ static const glbk_file glbk__haar_files[] = {
     { (const char *)&glbk__glsl_lib_haar_batch_glsl },
     { (const char *)&glbk__glsl_lib_haar_bindings_glsl },
     { (const char *)&glbk__glsl_lib_sfield_haar_glsl },
+    { (const char *)&glbk__glsl_lib_sfield_haar_gloss_glsl },
     { (const char *)&glbk__glsl_lib_sfield_haar_list_glsl },
     { (const char *)&glbk__glsl_lib_sfield_haar_turn_glsl },
     { (const char *)&glbk__glsl_prog_sfield_haar_cubes_frag },
@@ -1624,9 +1880,23 @@ static void glbk__haar_fit(const glbk_context *ctx, uint32_t wanted, glbk_sfield
     h->columns = side / (6 * half);
     most = side / half * h->columns / GLBK__HAAR_SLOTS;
     most = most < side && !h->compute ? most : side;
-    if (!wanted) wanted = h->compute ? most : 256;
+    if (!wanted) wanted = h->compute && !h->has_gloss ? most : 256;
     h->batch = wanted < most ? wanted : most;
     if (pixels < h->batch) h->batch = pixels;
+}
+
+/* Makes the picture of light and, if it is wanted, of gloss. */
+static glbk_result glbk__haar_picture(glbk_context *ctx, glbk_sfield_haar *h)
+{
+    glbk_target_desc target;
+    glbk_result result = glbk__haar_texture(ctx, GLBK_FORMAT_COLOR, h->width, h->height, 0, &h->light);
+    memset(&target, 0, sizeof target);
+    target.color[0] = &h->light;
+    if (h->has_gloss && result == GLBK_OK) {
+        result = glbk__haar_texture(ctx, GLBK_FORMAT_COLOR, h->width, h->height, 0, &h->gloss);
+        target.color[1] = &h->gloss;
+    }
+    return result == GLBK_OK ? glbk__target_create(ctx, &target, &h->target) : result;
 }
 
 /* Makes the textures and targets of a batch. */
@@ -1636,9 +1906,9 @@ static glbk_result glbk__haar_textures(glbk_context *ctx, glbk_sfield_haar *h)
     const uint32_t half = h->cube_side / 2, wide = h->columns * 6 * half;
     const uint32_t rows = (h->batch * GLBK__HAAR_SLOTS + h->columns - 1) / h->columns,
                    strips = (h->batch + 2 * h->columns - 1) / (2 * h->columns);
+    const int sums = h->has_gloss ? 4 : 3;
     glbk_target_desc target;
-    glbk_result result =
-        glbk__canvas(ctx, GLBK_FORMAT_COLOR, h->width, h->height, NULL, &h->light, &h->target);
+    glbk_result result = glbk__haar_picture(ctx, h);
     int i, k;
     for (i = 0; i < 3 && result == GLBK_OK; i++)
         result = glbk__haar_texture(ctx, format, GLBK__HAAR_SLOTS, h->batch, 0, &h->list[i]);
@@ -1651,7 +1921,7 @@ static glbk_result glbk__haar_textures(glbk_context *ctx, glbk_sfield_haar *h)
         target.color[3] = &h->met[i];
         if (result == GLBK_OK) result = glbk__target_create(ctx, &target, &h->list_target[i]);
         memset(&target, 0, sizeof target);
-        for (k = 0; k < 3 && result == GLBK_OK; k++) {
+        for (k = 0; k < sums && result == GLBK_OK; k++) {
             result = glbk__haar_texture(ctx, format, wide, strips * half, 0, &h->left[i][k]);
             target.color[k] = &h->left[i][k];
         }
@@ -1667,29 +1937,31 @@ static glbk_result glbk__haar_program(glbk_context *ctx, const char *name, const
     return glbk__gbuffer_program_above(ctx, glbk_haar_part(), glbk__sfield_reader(), name, defines, out);
 }
 
-/* Makes what the compute shader needs: the picture and, where shared memory has no room for T, a buffer for
-   T. */
+/* Makes what the compute shader needs: the picture and a buffer for T, where shared memory has no room for
+   it, and for the kernels of BRDFs. */
 static glbk_result glbk__haar_compute(glbk_context *ctx, glbk_sfield_haar *h)
 {
-    char defines[] = "SFIELD_BANDS=1 SFIELD_SIDE=..";
-    const size_t bytes = 24 * (size_t)h->cube_side * h->cube_side * h->batch;
-    glbk_result result =
-        glbk__canvas(ctx, GLBK_FORMAT_COLOR, h->width, h->height, NULL, &h->light, &h->target);
-    defines[27] = (char)('0' + (h->cube_side < 10 ? h->cube_side : h->cube_side / 10));
-    defines[28] = (char)(h->cube_side < 10 ? 0 : '0' + h->cube_side % 10);
-    if (result == GLBK_OK && h->cube_side > 16) result = glbk_buffer_create(ctx, bytes, NULL, &h->kept);
+    char defines[] = "SFIELD_BANDS=1 SFIELD_GLOSS=0 SFIELD_SIDE=..";
+    const size_t planes = (h->cube_side > 16 ? 1u : 0u) + (h->has_gloss ? 3u : 0u);
+    const size_t bytes = planes * 24 * h->cube_side * h->cube_side * h->batch;
+    glbk_result result = glbk__haar_picture(ctx, h);
+    defines[28] = h->has_gloss ? '1' : '0';
+    defines[42] = (char)('0' + (h->cube_side < 10 ? h->cube_side : h->cube_side / 10));
+    defines[43] = (char)(h->cube_side < 10 ? 0 : '0' + h->cube_side % 10);
+    if (result == GLBK_OK && planes) result = glbk_buffer_create(ctx, bytes, NULL, &h->kept);
     return result == GLBK_OK ? glbk__haar_program(ctx, "sfield_haar_shade.comp", defines, &h->shade) : result;
 }
 
 /* Makes what fragment shaders need. */
 static glbk_result glbk__haar_fragments(glbk_context *ctx, glbk_sfield_haar *h)
 {
+    const char *gloss = h->has_gloss ? "SFIELD_GLOSS=1" : "SFIELD_GLOSS=0";
     glbk_result result = glbk__haar_textures(ctx, h);
     if (result == GLBK_OK)
         result = glbk__haar_program(ctx, "sfield_haar_list.frag", "SFIELD_BANDS=1", &h->find);
-    if (result == GLBK_OK) result = glbk__haar_program(ctx, "sfield_haar_cubes.frag", NULL, &h->write);
-    if (result == GLBK_OK) result = glbk__haar_program(ctx, "sfield_haar_light.frag", NULL, &h->multiply);
-    if (result == GLBK_OK) result = glbk__haar_program(ctx, "sfield_haar_sum.frag", NULL, &h->sum);
+    if (result == GLBK_OK) result = glbk__haar_program(ctx, "sfield_haar_cubes.frag", gloss, &h->write);
+    if (result == GLBK_OK) result = glbk__haar_program(ctx, "sfield_haar_light.frag", gloss, &h->multiply);
+    if (result == GLBK_OK) result = glbk__haar_program(ctx, "sfield_haar_sum.frag", gloss, &h->sum);
     return result;
 }
 
@@ -1722,6 +1994,7 @@ GLBK_DEF glbk_result glbk_sfield_haar_create(glbk_context *ctx, const glbk_sfiel
     out->height = d->height;
     out->cube_side = d->cube_side ? d->cube_side : 32;
     out->has_self = d->self != 0;
+    out->has_gloss = d->gloss != 0;
     out->compute = ctx->compute && out->cube_side <= GLBK__HAAR_SHARED;
     glbk__haar_fit(ctx, d->batch, out);
     result = out->compute ? glbk__haar_compute(ctx, out) : glbk__haar_fragments(ctx, out);
@@ -1745,6 +2018,7 @@ GLBK_DEF void glbk_sfield_haar_free(glbk_context *ctx, glbk_sfield_haar *h)
     glbk_target_free(ctx, &h->target);
     glbk_target_free(ctx, &h->cubes_target);
     glbk_texture_free(ctx, &h->light);
+    glbk_texture_free(ctx, &h->gloss);
     glbk_texture_free(ctx, &h->self);
     glbk_texture_free(ctx, &h->cubes);
     for (i = 0; i < 3; i++) glbk_texture_free(ctx, &h->list[i]);
@@ -1752,7 +2026,7 @@ GLBK_DEF void glbk_sfield_haar_free(glbk_context *ctx, glbk_sfield_haar *h)
         glbk_target_free(ctx, &h->list_target[i]);
         glbk_target_free(ctx, &h->left_target[i]);
         glbk_texture_free(ctx, &h->met[i]);
-        for (k = 0; k < 3; k++) glbk_texture_free(ctx, &h->left[i][k]);
+        for (k = 0; k < 4; k++) glbk_texture_free(ctx, &h->left[i][k]);
     }
     glbk_buffer_free(ctx, &h->block);
     memset(h, 0, sizeof *h);
@@ -1893,6 +2167,8 @@ static glbk_result glbk__haar_round(glbk_context *ctx, glbk_sfield_haar *h, cons
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_haar_lower, b->round ? &h->left[!now][0] : NULL);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_haar_upper, b->round ? &h->left[!now][1] : NULL);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_haar_sums, b->round ? &h->left[!now][2] : NULL);
+    if (h->has_gloss)
+        glbk_bind_texture(ctx, GLBK_SLOT_glbk_haar_shine, b->round ? &h->left[!now][3] : NULL);
     glbk_draw_screen(ctx);
     return GLBK_OK;
 }
@@ -1909,6 +2185,7 @@ static glbk_result glbk__haar_dispatch(glbk_context *ctx, glbk_sfield_haar *h, c
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_sfield_self, &h->self);
     glbk_bind_storage(ctx, GLBK_SLOT_glbk_haar_left, &h->kept);
     glbk_bind_image(ctx, GLBK_SLOT_glbk_sfield_light_image, &h->light);
+    if (h->has_gloss) glbk_bind_image(ctx, GLBK_SLOT_glbk_sfield_gloss_image, &h->gloss);
     return glbk_dispatch(ctx, &h->shade, b->width, b->count / b->width, 1);
 }
 
@@ -1930,12 +2207,17 @@ static glbk_result glbk__haar_batch(glbk_context *ctx, glbk_sfield_haar *h, cons
     if (result != GLBK_OK) return result;
     glbk_sfield_bind(ctx, s, NULL);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_haar_sums, &h->left[!(rounds & 1)][2]);
+    if (h->has_gloss) {
+        glbk_bind_texture(ctx, GLBK_SLOT_glbk_haar_shine, &h->left[!(rounds & 1)][3]);
+        result = glbk_gbuffer_bind(ctx, g, NULL);
+        if (result != GLBK_OK) return result;
+    }
     glbk_draw_screen(ctx);
     return GLBK_OK;
 }
 
 GLBK_DEF glbk_result glbk_sfield_haar_shade(glbk_context *ctx, glbk_sfield_haar *h, const glbk_gbuffer *g,
-                                            const glbk_sfield_scene *s, int open)
+                                            const glbk_sfield_scene *s, const float eye[3], int open)
 {
     glbk_sfield_contents contents;
     glbk_haar_batch b;
@@ -1949,8 +2231,13 @@ GLBK_DEF glbk_result glbk_sfield_haar_shade(glbk_context *ctx, glbk_sfield_haar 
     if (h->self_of && h->self_of != s->key)
         return glbk__refuse(ctx, GLBK_ERR_MISMATCH, __func__, "scene",
                             "is not the one of glbk_sfield_haar_self");
+    if (!eye && g->has_clip) eye = g->eye;
+    if (h->has_gloss && !eye)
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "eye",
+                            "is NULL: lobes need it, and the G-buffer has none");
     most = s->entity_count + 3 * s->light_count + (h->self_of ? 1u : 0u);
     memset(&b, 0, sizeof b);
+    if (eye) memcpy(b.eye, eye, 12);
     b.slots = most < GLBK__HAAR_SLOTS ? (most ? most : 1) : (uint32_t)GLBK__HAAR_SLOTS;
     b.own = h->self_of != 0;
     b.side = h->cube_side;

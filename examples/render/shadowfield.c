@@ -1096,8 +1096,8 @@ static int open_shadowfield(void **opaque, const rd_job *job, char *error)
     s->rgb = calloc(objects + 1, sizeof *s->rgb);
     if (s->rgb)
         s->rgb[objects] = (float *)(void *)s;            /* the end of the list */
-    if (s->basis == SFIELD_BASIS_HAAR && (d.product == SFIELD_PRODUCT_EXP || (job->gl && s->full))) {
-        snprintf(error, EX_ERROR_SIZE, "shadowfield: product=exp and, on GL, materials=full need basis=sh");
+    if (s->basis == SFIELD_BASIS_HAAR && (d.product == SFIELD_PRODUCT_EXP || (job->gl && s->gltf))) {
+        snprintf(error, EX_ERROR_SIZE, "shadowfield: product=exp and, on GL, gloss=gltf need basis=sh");
     } else if (!job->gl && rd_setting_is(job->settings, "build", "gpu")) {
         snprintf(error, EX_ERROR_SIZE, "shadowfield: build=gpu needs --backend gl");
     } else if (lazy && job->gl) {

@@ -123,6 +123,7 @@ static glbk_result make_haar(sf_gl *g, uint32_t width, uint32_t height)
     d.height = height;
     d.cube_side = g->scene.cube_side;
     d.self = 1;
+    d.gloss = g->gloss != SF_DULL;
     return glbk_sfield_haar_create(g->gl, &d, &g->haar);
 }
 
@@ -251,12 +252,14 @@ int sf_gl_shade(sf_gl *g, const rd_job *job, const sfield_scene *scene, const sf
         upload_points(g, entities, sets, set_count, error) != 0)
         return -1;
     if (g->wavelets)
-        r = glbk_sfield_haar_shade(g->gl, &g->haar, &g->gbuffer, &g->scene, 0);
+        r = glbk_sfield_haar_shade(g->gl, &g->haar, &g->gbuffer, &g->scene, job->scene->camera.eye, 0);
     else
         r = glbk_sfield_shade(g->gl, &g->renderer, &g->gbuffer, &g->scene, job->scene->camera.eye, 0);
     if (r == GLBK_OK)
         r = g->wavelets ? glbk_target_read(g->gl, &g->haar.target, 0, 0, 0, WIDTH, g->height, g->light)
                         : glbk_sfield_read(g->gl, &g->renderer, g->light, g->gloss ? g->shine : NULL);
+    if (r == GLBK_OK && g->wavelets && g->gloss)
+        r = glbk_target_read(g->gl, &g->haar.target, 1, 0, 0, WIDTH, g->height, g->shine);
     if (r == GLBK_OK && g->gloss == SF_GLTF)
         r = glbk_target_read(g->gl, &g->renderer.target, 2, 0, 0, WIDTH, g->renderer.height, g->graze);
     if (r != GLBK_OK)

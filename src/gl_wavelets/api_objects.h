@@ -28,12 +28,15 @@ GLBK_DEF const glbk_part *glbk_haar_part(void);
 struct glbk_sfield_haar {               /* the light of a picture; read only; zeroed = none */
     glbk_texture light;                 /* GLBK_FORMAT_COLOR: rgb times albedo is radiance; a is the open
                                            share of the cosine-weighted sphere */
-    glbk_target  target;                /* of light, for glbk_target_read */
+    glbk_texture gloss;                 /* Phong: rgb times the specular color is radiance; metal-rough: rgb
+                                           is radiance, and light's rgb has its factor 1 - F. Made if
+                                           desc.gloss is set */
+    glbk_target  target;                /* of light and gloss, for glbk_target_read */
     glbk_texture self;                  /* private, like all that follows but width, height and cube_side */
     glbk_texture list[3];               /* kinds, and weights of corners and of shells */
     glbk_texture met[2];
     glbk_texture cubes;
-    glbk_texture left[2][3];            /* T, in two parts, and sums */
+    glbk_texture left[2][4];            /* T, in two parts, and sums of light and gloss */
     glbk_target  list_target[2];
     glbk_target  cubes_target;
     glbk_target  left_target[2];
@@ -42,7 +45,7 @@ struct glbk_sfield_haar {               /* the light of a picture; read only; ze
     glbk_program multiply;
     glbk_program sum;
     glbk_program shade;                 /* by compute, in place of all these */
-    glbk_buffer  kept;                  /* T of a batch */
+    glbk_buffer  kept;                  /* T and kernels of a batch */
     glbk_buffer  block;
     uint32_t     width;
     uint32_t     height;
@@ -50,6 +53,7 @@ struct glbk_sfield_haar {               /* the light of a picture; read only; ze
     uint32_t     batch;                 /* points */
     uint32_t     columns;               /* cubes in a row of their texture */
     int          has_self;
+    int          has_gloss;
     int          compute;               /* not 0: pixels are shaded by a compute shader */
     uint64_t     self_of;               /* which scene's places self has; 0 = nothing was said */
 };

@@ -30,20 +30,24 @@ GLBK_DEF glbk_result glbk_sfield_haar_create(glbk_context *ctx, const struct glb
    another size free it and create it anew.
    Memory   on the GPU 16 bytes a pixel and, for each point of a batch, 456 cube_side^2 + 1,280 bytes: 30 MB
             for 256 points of 16 texels a side. By compute 24 cube_side^2 bytes for each point of a batch,
-            above 16 texels a side: 50 MB for 2,048 points of 32
+            above 16 texels a side: 50 MB for 2,048 points of 32. With gloss 16 bytes a pixel and, for each
+            point of a batch, 48 cube_side^2 bytes more, 72 by compute
    Errors   GLBK_ERR_ARGUMENT: a pointer is NULL. GLBK_ERR_DESC: a field is out of range. GLBK_ERR_LIMIT:
             width or height is above ctx->max_side. GLBK_ERR_ALLOC. Those of textures, targets and
             glbk_program_compile */
 
 GLBK_DEF glbk_result glbk_sfield_haar_shade(glbk_context *ctx, glbk_sfield_haar *haar,
                                             const glbk_gbuffer *gbuffer, const glbk_sfield_scene *scene,
-                                            int open);
-/* Shades all pixels into haar->light, in (pixels / batch) batches of 3 passes a round and one more, or of one
-   pass by compute. A round takes 16 of what the scene has: its entities, and each light three times more.
+                                            const float eye[3], int open);
+/* Shades all pixels into haar->light and gloss, in (pixels / batch) batches of 3 passes a round and one
+   more, or of one pass by compute. A round takes 16 of what the scene has: its entities, and each light
+   three times more.
+   eye      world, for gloss; NULL = that of the G-buffer, which knows it if it was drawn or imported
    open     not 0: light.a is wanted even if there is no sky; else it is 0 then
-   Errors   GLBK_ERR_ARGUMENT: an object is NULL or was not created. GLBK_ERR_MISMATCH: the scene has
-            harmonics or other texels, was uploaded with another ctx->compute, or is not the one that
-            self-visibility was named for, or the G-buffer has another size. GLBK_ERR_LOST */
+   Errors   GLBK_ERR_ARGUMENT: an object is NULL or was not created, or gloss is shaded and no eye is known.
+            GLBK_ERR_MISMATCH: the scene has harmonics or other texels, was uploaded with another
+            ctx->compute, or is not the one that self-visibility was named for, or the G-buffer has another
+            size. GLBK_ERR_LOST */
 
 GLBK_DEF void glbk_sfield_haar_free(glbk_context *ctx, glbk_sfield_haar *haar);
 /* Deletes the renderer's objects of GL and zeroes the struct. Accepts NULL. */
@@ -68,6 +72,9 @@ typedef struct glbk_sfield_haar_desc {
     uint32_t batch;                     /* points that are shaded at a time, at most so many as textures of
                                            2048 or ctx->max_side a side hold: 672 of cubes of 16, 168 of 32,
                                            40 of 64; by compute 2048. A greater number is taken for that; 0 =
-                                           256, or 2048 by compute. More points make fewer passes */
+                                           256, or 2048 by compute without gloss. More points make fewer
+                                           passes */
     int      self;                      /* not 0: there is room for self-visibility, 4 bytes a pixel */
+    int      gloss;                     /* not 0: gloss is shaded by Phong's lobe and by glTF's metal-rough
+                                           BRDF, as each pixel's material says */
 } glbk_sfield_haar_desc;

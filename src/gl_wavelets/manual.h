@@ -11,7 +11,7 @@
      has what a camera sees; gl_programs.h, which makes programs; gl_backend.h, which makes the context
      object, textures and targets, and whose conventions, errors and rules about GL's state hold here; and
      shadowfield.h above it. The implementations of all of them belong into some file of the program.
-   - There is light without gloss, and no shader of yours can call it: its passes shade batches of points.
+   - No shader of yours can call it: its passes shade batches of points.
    - It has no resolve: light is a texture that your lighting pass multiplies by the surface's colour.
 
    Quick start
@@ -90,7 +90,7 @@
        glbk_sfield_haar_sky(gl, &scene, texels);                    // sfield_scene_sky, if it has changed
        glbk_gbuffer_begin(gl, &gbuffer, world_to_clip, eye);        // or _import, or _upload
        glbk_gbuffer_object(gl, &gbuffer, &surface);                 // for each object, with your draw
-       glbk_sfield_haar_shade(gl, &haar, &gbuffer, &scene, 0);      // haar.light: times albedo
+       glbk_sfield_haar_shade(gl, &haar, &gbuffer, &scene, eye, 0); // haar.light: times albedo; gloss
 
    Conventions
 
@@ -111,6 +111,7 @@
      section 3.1  S_d, the environment            glbk_sfield_haar_sky     sfield_scene_sky       -
      section 3.1  O_p, self-visibility            glbk_sfield_haar_self    sfield_build_self      -
      section 3.3  wavelets, cut                   glbk_sfield_haar_upload  sfield_query           wavelets
+     section 4.1  the BRDF at the beginning       glbk_sfield_haar_shade   sfield_shade           gloss
      section 4.1  products of wavelets            glbk_sfield_haar_shade   sfield_haar_product    wavelets
 
    Configuration

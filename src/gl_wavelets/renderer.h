@@ -28,9 +28,23 @@ static void glbk__haar_fit(const glbk_context *ctx, uint32_t wanted, glbk_sfield
     h->columns = side / (6 * half);
     most = side / half * h->columns / GLBK__HAAR_SLOTS;
     most = most < side && !h->compute ? most : side;
-    if (!wanted) wanted = h->compute ? most : 256;
+    if (!wanted) wanted = h->compute && !h->has_gloss ? most : 256;
     h->batch = wanted < most ? wanted : most;
     if (pixels < h->batch) h->batch = pixels;
+}
+
+/* Makes the picture of light and, if it is wanted, of gloss. */
+static glbk_result glbk__haar_picture(glbk_context *ctx, glbk_sfield_haar *h)
+{
+    glbk_target_desc target;
+    glbk_result result = glbk__haar_texture(ctx, GLBK_FORMAT_COLOR, h->width, h->height, 0, &h->light);
+    memset(&target, 0, sizeof target);
+    target.color[0] = &h->light;
+    if (h->has_gloss && result == GLBK_OK) {
+        result = glbk__haar_texture(ctx, GLBK_FORMAT_COLOR, h->width, h->height, 0, &h->gloss);
+        target.color[1] = &h->gloss;
+    }
+    return result == GLBK_OK ? glbk__target_create(ctx, &target, &h->target) : result;
 }
 
 /* Makes the textures and targets of a batch. */
@@ -40,9 +54,9 @@ static glbk_result glbk__haar_textures(glbk_context *ctx, glbk_sfield_haar *h)
     const uint32_t half = h->cube_side / 2, wide = h->columns * 6 * half;
     const uint32_t rows = (h->batch * GLBK__HAAR_SLOTS + h->columns - 1) / h->columns,
                    strips = (h->batch + 2 * h->columns - 1) / (2 * h->columns);
+    const int sums = h->has_gloss ? 4 : 3;
     glbk_target_desc target;
-    glbk_result result =
-        glbk__canvas(ctx, GLBK_FORMAT_COLOR, h->width, h->height, NULL, &h->light, &h->target);
+    glbk_result result = glbk__haar_picture(ctx, h);
     int i, k;
     for (i = 0; i < 3 && result == GLBK_OK; i++)
         result = glbk__haar_texture(ctx, format, GLBK__HAAR_SLOTS, h->batch, 0, &h->list[i]);
@@ -55,7 +69,7 @@ static glbk_result glbk__haar_textures(glbk_context *ctx, glbk_sfield_haar *h)
         target.color[3] = &h->met[i];
         if (result == GLBK_OK) result = glbk__target_create(ctx, &target, &h->list_target[i]);
         memset(&target, 0, sizeof target);
-        for (k = 0; k < 3 && result == GLBK_OK; k++) {
+        for (k = 0; k < sums && result == GLBK_OK; k++) {
             result = glbk__haar_texture(ctx, format, wide, strips * half, 0, &h->left[i][k]);
             target.color[k] = &h->left[i][k];
         }
@@ -71,29 +85,31 @@ static glbk_result glbk__haar_program(glbk_context *ctx, const char *name, const
     return glbk__gbuffer_program_above(ctx, glbk_haar_part(), glbk__sfield_reader(), name, defines, out);
 }
 
-/* Makes what the compute shader needs: the picture and, where shared memory has no room for T, a buffer for
-   T. */
+/* Makes what the compute shader needs: the picture and a buffer for T, where shared memory has no room for
+   it, and for the kernels of BRDFs. */
 static glbk_result glbk__haar_compute(glbk_context *ctx, glbk_sfield_haar *h)
 {
-    char defines[] = "SFIELD_BANDS=1 SFIELD_SIDE=..";
-    const size_t bytes = 24 * (size_t)h->cube_side * h->cube_side * h->batch;
-    glbk_result result =
-        glbk__canvas(ctx, GLBK_FORMAT_COLOR, h->width, h->height, NULL, &h->light, &h->target);
-    defines[27] = (char)('0' + (h->cube_side < 10 ? h->cube_side : h->cube_side / 10));
-    defines[28] = (char)(h->cube_side < 10 ? 0 : '0' + h->cube_side % 10);
-    if (result == GLBK_OK && h->cube_side > 16) result = glbk_buffer_create(ctx, bytes, NULL, &h->kept);
+    char defines[] = "SFIELD_BANDS=1 SFIELD_GLOSS=0 SFIELD_SIDE=..";
+    const size_t planes = (h->cube_side > 16 ? 1u : 0u) + (h->has_gloss ? 3u : 0u);
+    const size_t bytes = planes * 24 * h->cube_side * h->cube_side * h->batch;
+    glbk_result result = glbk__haar_picture(ctx, h);
+    defines[28] = h->has_gloss ? '1' : '0';
+    defines[42] = (char)('0' + (h->cube_side < 10 ? h->cube_side : h->cube_side / 10));
+    defines[43] = (char)(h->cube_side < 10 ? 0 : '0' + h->cube_side % 10);
+    if (result == GLBK_OK && planes) result = glbk_buffer_create(ctx, bytes, NULL, &h->kept);
     return result == GLBK_OK ? glbk__haar_program(ctx, "sfield_haar_shade.comp", defines, &h->shade) : result;
 }
 
 /* Makes what fragment shaders need. */
 static glbk_result glbk__haar_fragments(glbk_context *ctx, glbk_sfield_haar *h)
 {
+    const char *gloss = h->has_gloss ? "SFIELD_GLOSS=1" : "SFIELD_GLOSS=0";
     glbk_result result = glbk__haar_textures(ctx, h);
     if (result == GLBK_OK)
         result = glbk__haar_program(ctx, "sfield_haar_list.frag", "SFIELD_BANDS=1", &h->find);
-    if (result == GLBK_OK) result = glbk__haar_program(ctx, "sfield_haar_cubes.frag", NULL, &h->write);
-    if (result == GLBK_OK) result = glbk__haar_program(ctx, "sfield_haar_light.frag", NULL, &h->multiply);
-    if (result == GLBK_OK) result = glbk__haar_program(ctx, "sfield_haar_sum.frag", NULL, &h->sum);
+    if (result == GLBK_OK) result = glbk__haar_program(ctx, "sfield_haar_cubes.frag", gloss, &h->write);
+    if (result == GLBK_OK) result = glbk__haar_program(ctx, "sfield_haar_light.frag", gloss, &h->multiply);
+    if (result == GLBK_OK) result = glbk__haar_program(ctx, "sfield_haar_sum.frag", gloss, &h->sum);
     return result;
 }
 
@@ -126,6 +142,7 @@ GLBK_DEF glbk_result glbk_sfield_haar_create(glbk_context *ctx, const glbk_sfiel
     out->height = d->height;
     out->cube_side = d->cube_side ? d->cube_side : 32;
     out->has_self = d->self != 0;
+    out->has_gloss = d->gloss != 0;
     out->compute = ctx->compute && out->cube_side <= GLBK__HAAR_SHARED;
     glbk__haar_fit(ctx, d->batch, out);
     result = out->compute ? glbk__haar_compute(ctx, out) : glbk__haar_fragments(ctx, out);
@@ -149,6 +166,7 @@ GLBK_DEF void glbk_sfield_haar_free(glbk_context *ctx, glbk_sfield_haar *h)
     glbk_target_free(ctx, &h->target);
     glbk_target_free(ctx, &h->cubes_target);
     glbk_texture_free(ctx, &h->light);
+    glbk_texture_free(ctx, &h->gloss);
     glbk_texture_free(ctx, &h->self);
     glbk_texture_free(ctx, &h->cubes);
     for (i = 0; i < 3; i++) glbk_texture_free(ctx, &h->list[i]);
@@ -156,7 +174,7 @@ GLBK_DEF void glbk_sfield_haar_free(glbk_context *ctx, glbk_sfield_haar *h)
         glbk_target_free(ctx, &h->list_target[i]);
         glbk_target_free(ctx, &h->left_target[i]);
         glbk_texture_free(ctx, &h->met[i]);
-        for (k = 0; k < 3; k++) glbk_texture_free(ctx, &h->left[i][k]);
+        for (k = 0; k < 4; k++) glbk_texture_free(ctx, &h->left[i][k]);
     }
     glbk_buffer_free(ctx, &h->block);
     memset(h, 0, sizeof *h);

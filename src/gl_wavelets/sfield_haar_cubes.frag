@@ -2,6 +2,10 @@
 // channel of what a light sends there, in the field's space.
 // uses: sfield_haar gbuffer
 // with: screen.vert
+// sets: SFIELD_GLOSS=0 | SFIELD_GLOSS=1
+#ifndef SFIELD_GLOSS
+#define SFIELD_GLOSS 0
+#endif
 layout(location = 0) out uvec4 quad;
 
 // Returns the number in the low or in the high half of a word.
@@ -42,6 +46,9 @@ bool sfield_below(uint point, uint entity, uint face, uvec2 at)
     bool seen = glbk_read_point(sfield_pixel(point), p);
     bool turned = sfield_is_turned(entity);
     float side = float(glbk_haar_batch.side), margin = (turned ? 8.0 : 2.0) / side;
+#if SFIELD_GLOSS
+    margin += 1.5 / side;           // T is not 0 if any part of a texel is above the horizon
+#endif
     vec3 n = p.normal;
     if (turned) n = sfield_turn(entity, n);
     return !seen || dot(normalize(sfield_from_face(face, (4.0 * vec2(at) + 2.0) / side - 1.0)), n) < -margin;

@@ -3,8 +3,10 @@
 // added. A face of W has its texels row by row, with a rim round them for what reads between texels; in place
 // of texels the four numbers of each square, its sum and its three wavelets, stand at the first texels of its
 // quarters.
-// uses: sfield_haar_turn sfield_haar_list gbuffer
-// sets: SFIELD_BANDS=1 SFIELD_SIDE=16 | SFIELD_BANDS=1 SFIELD_SIDE=32
+// With gloss T begins as the solid angle, and light is added times each kernel of the BRDF.
+// uses: sfield_haar_turn sfield_haar_list sfield_haar_gloss gbuffer
+// sets: SFIELD_BANDS=1 SFIELD_SIDE=16 SFIELD_GLOSS=0 | SFIELD_BANDS=1 SFIELD_SIDE=32 SFIELD_GLOSS=0
+// sets: SFIELD_BANDS=1 SFIELD_SIDE=16 SFIELD_GLOSS=1 | SFIELD_BANDS=1 SFIELD_SIDE=32 SFIELD_GLOSS=1
 #ifndef SFIELD_SIDE
 #define SFIELD_SIDE 16
 #endif
@@ -17,11 +19,20 @@ layout(local_size_x = 64) in;
 
 shared float sfield_w[6 * (SFIELD_SIDE + 2) * (SFIELD_SIDE + 2)];
 #if SFIELD_SIDE > 16
-#define SFIELD_T(i) glbk_haar_left[(gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * 6u * \
-                                     SFIELD_FACE + (i)]
+#define SFIELD_PLANES (1u + 3u * uint(SFIELD_GLOSS))    // of texels in the buffer: T, kernels
+#define SFIELD_T(i) glbk_haar_left[sfield_plane(0u) + (i)]
 #else
+#define SFIELD_PLANES (3u * uint(SFIELD_GLOSS))
 shared float sfield_t[6 * SFIELD_SIDE * SFIELD_SIDE];
 #define SFIELD_T(i) sfield_t[i]
+#endif
+#if SFIELD_GLOSS
+#define SFIELD_CHAINS 3u
+#define SFIELD_K(k, i) glbk_haar_left[sfield_plane((k) + SFIELD_PLANES - 3u) + (i)]
+shared vec4 sfield_shines[64];
+#else
+#define SFIELD_CHAINS 1u
+#define SFIELD_K(k, i) 1.0
 #endif
 shared uint sfield_least, sfield_next, sfield_covered, sfield_faces;
 shared uvec3 sfield_samples[16];        // lists: first texel, words, weight as the bits of a float
@@ -32,6 +43,13 @@ void sfield_wait()
 {
     memoryBarrierShared();
     barrier();
+}
+
+// Returns where a plane of the work group's texels begins in the buffer.
+uint sfield_plane(uint number)
+{
+    uint group = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
+    return (group * SFIELD_PLANES + number) * 6u * SFIELD_FACE;
 }
 
 // Returns where a texel of a face stands in W. Rows and columns begin at -1.
@@ -180,29 +198,41 @@ void sfield_hide(uint count, uint entity)
     sfield_clear(faces);
 }
 
-// Returns this invocation's share of a light.
-vec3 sfield_light(uint entity)
+// Adds this invocation's share of a light to the sums of each kernel; without gloss there is one.
+void sfield_light(uint entity, inout mat3 sums)
 {
     uint faces = sfield_faces;
-    vec3 rgb = vec3(0.0);
-    if (faces == 0u) return rgb;
+    vec3 tint = uintBitsToFloat(sfield_entity(entity, 6u).xyz);
+    if (faces == 0u) return;
     if (sfield_is_turned(entity)) {
         mat3 turn = sfield_turn_of(entity);
         for (uint c = 0u; c < 3u; c++) {
-            vec3 channel = vec3(equal(uvec3(c), uvec3(0u, 1u, 2u)));
+            vec3 channel = tint * vec3(equal(uvec3(c), uvec3(0u, 1u, 2u)));
             sfield_expand(16u, c, true);
             for SFIELD_EACH(i, 6u * SFIELD_FACE)
-                if (SFIELD_T(i) != 0.0) rgb += SFIELD_T(i) * sfield_seen(i, turn, faces) * channel;
+                if (SFIELD_T(i) != 0.0) {
+                    vec3 rgb = SFIELD_T(i) * sfield_seen(i, turn, faces) * channel;
+                    sums[0] += SFIELD_K(0u, i) * rgb;
+#if SFIELD_GLOSS
+                    sums[1] += SFIELD_K(1u, i) * rgb;
+                    sums[2] += SFIELD_K(2u, i) * rgb;
+#endif
+                }
             sfield_clear(faces);
         }
     } else {
-        for SFIELD_EACH(i, 6u * SFIELD_FACE)
-            if (SFIELD_HAS(faces, i / SFIELD_FACE)) sfield_w[sfield_w_of(i)] = SFIELD_T(i);
-        sfield_transform(false, faces);
-        rgb = sfield_shine(16u);
-        sfield_clear(faces);
+        for (uint k = 0u; k < SFIELD_CHAINS; k++) {
+            for SFIELD_EACH(i, 6u * SFIELD_FACE)
+                if (SFIELD_HAS(faces, i / SFIELD_FACE))
+                    sfield_w[sfield_w_of(i)] = SFIELD_T(i) * SFIELD_K(k, i);
+            sfield_transform(false, faces);
+            vec3 rgb = sfield_shine(16u) * tint;
+            sums[0] += k == 0u ? rgb : vec3(0.0);
+            sums[1] += k == 1u ? rgb : vec3(0.0);
+            sums[2] += k == 2u ? rgb : vec3(0.0);
+            sfield_clear(faces);
+        }
     }
-    return rgb * uintBitsToFloat(sfield_entity(entity, 6u).xyz);
 }
 
 // Chooses what all invocations meet next of what each has found, and returns whether there is any.
@@ -237,10 +267,11 @@ void sfield_collect(vec3 position, float d2, uint id)
     atomicOr(sfield_faces, head.w);
 }
 
-// Goes through all that the point meets, from near to far. Returns this invocation's share of all light.
-vec3 sfield_walk(glbk_point p)
+// Goes through all that the point meets, from near to far. Returns this invocation's share of all light, a
+// column for each kernel.
+mat3 sfield_walk(glbk_point p)
 {
-    vec3 sum = vec3(0.0);
+    mat3 sum = mat3(0.0);
     float mine = -1.0, d2;
     uint me = gl_LocalInvocationIndex, found = 0u, id;
     sfield_find(p.position, p.normal, p.entity, me, SFIELD_GROUP, mine, found);
@@ -255,7 +286,7 @@ vec3 sfield_walk(glbk_point p)
         sfield_collect(p.position, d2, id);
         sfield_wait();
         if (hides && sfield_covered == 0u) sfield_hide(16u, id >> 2);
-        if (!hides) sum += sfield_light(id >> 2);
+        if (!hides) sfield_light(id >> 2, sum);
         sfield_wait();
     }
     return sum;
@@ -265,12 +296,26 @@ void main()
 {
     ivec2 at = ivec2(glbk_haar_batch.left, glbk_haar_batch.bottom) + ivec2(gl_WorkGroupID.xy);
     uint me = gl_LocalInvocationIndex, own = 0u;
-    vec4 sums = vec4(0.0);
+    float open = 0.0;
+    vec4 scale = vec4(1.0 / 3.14159265), light;
+    mat3 sums = mat3(0.0);
     glbk_point p;
-    if (glbk_read_point(at, p)) {
+    bool seen = glbk_read_point(at, p);
+#if SFIELD_GLOSS
+    sfield_look look;
+    seen = sfield_read_look(p, look) && seen;
+    if (look.metal) scale.xyz = 1.0 - look.facing;
+#endif
+    if (seen) {
         for SFIELD_EACH(i, 6u * SFIELD_FACE) {
+#if SFIELD_GLOSS
+            vec3 kernels = sfield_kernels(look, i / SFIELD_FACE, sfield_texel_of(i));
+            SFIELD_T(i) = any(greaterThan(kernels, vec3(0.0))) ? sfield_sky(i).w : 0.0;
+            for (uint k = 0u; k < 3u; k++) SFIELD_K(k, i) = kernels[k];
+#else
             vec3 direction = sfield_direction(i / SFIELD_FACE, sfield_texel_of(i));
             SFIELD_T(i) = max(dot(direction, p.normal), 0.0) * sfield_sky(i).w;
+#endif
             sfield_w[sfield_w_of(i)] = 0.0;
         }
         if (glbk_haar_batch.own != 0u) own = texelFetch(glbk_sfield_self, ivec3(at, 0), 0).x;
@@ -283,13 +328,32 @@ void main()
             sfield_hide(1u, turns ? p.entity - 1u : SFIELD_NOBODY);
             sfield_wait();
         }
-        sums.xyz = sfield_walk(p);
+        sums = sfield_walk(p);
         for SFIELD_EACH(i, 6u * SFIELD_FACE)
-            if (glbk_haar_batch.last != 0u) sums += SFIELD_T(i) * vec4(sfield_sky(i).xyz, 1.0);
+            if (glbk_haar_batch.last != 0u) {
+                vec3 sky = SFIELD_T(i) * sfield_sky(i).xyz;
+                float t = SFIELD_T(i);
+                sums[0] += SFIELD_K(0u, i) * sky;
+#if SFIELD_GLOSS
+                sums[1] += SFIELD_K(1u, i) * sky;
+                sums[2] += SFIELD_K(2u, i) * sky;
+                t *= max(dot(sfield_direction(i / SFIELD_FACE, sfield_texel_of(i)), p.normal), 0.0);
+#endif
+                open += t;
+            }
     }
-    sfield_parts[me] = sums;
+    light = vec4(sums[0], open);
+    sfield_parts[me] = light;
+#if SFIELD_GLOSS
+    vec4 shine = vec4(sums[1] * look.facing + sums[2], 0.0);
+    sfield_shines[me] = shine;
+#endif
     sfield_wait();
     if (me != 0u) return;
-    for (uint i = 1u; i < SFIELD_GROUP; i++) sums += sfield_parts[i];
-    imageStore(glbk_sfield_light_image, at, sums * (1.0 / 3.14159265));
+    for (uint i = 1u; i < SFIELD_GROUP; i++) light += sfield_parts[i];
+    imageStore(glbk_sfield_light_image, at, light * scale);
+#if SFIELD_GLOSS
+    for (uint i = 1u; i < SFIELD_GROUP; i++) shine += sfield_shines[i];
+    imageStore(glbk_sfield_gloss_image, at, shine);
+#endif
 }

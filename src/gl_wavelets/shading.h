@@ -57,6 +57,8 @@ static glbk_result glbk__haar_round(glbk_context *ctx, glbk_sfield_haar *h, cons
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_haar_lower, b->round ? &h->left[!now][0] : NULL);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_haar_upper, b->round ? &h->left[!now][1] : NULL);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_haar_sums, b->round ? &h->left[!now][2] : NULL);
+    if (h->has_gloss)
+        glbk_bind_texture(ctx, GLBK_SLOT_glbk_haar_shine, b->round ? &h->left[!now][3] : NULL);
     glbk_draw_screen(ctx);
     return GLBK_OK;
 }
@@ -73,6 +75,7 @@ static glbk_result glbk__haar_dispatch(glbk_context *ctx, glbk_sfield_haar *h, c
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_sfield_self, &h->self);
     glbk_bind_storage(ctx, GLBK_SLOT_glbk_haar_left, &h->kept);
     glbk_bind_image(ctx, GLBK_SLOT_glbk_sfield_light_image, &h->light);
+    if (h->has_gloss) glbk_bind_image(ctx, GLBK_SLOT_glbk_sfield_gloss_image, &h->gloss);
     return glbk_dispatch(ctx, &h->shade, b->width, b->count / b->width, 1);
 }
 
@@ -94,12 +97,17 @@ static glbk_result glbk__haar_batch(glbk_context *ctx, glbk_sfield_haar *h, cons
     if (result != GLBK_OK) return result;
     glbk_sfield_bind(ctx, s, NULL);
     glbk_bind_texture(ctx, GLBK_SLOT_glbk_haar_sums, &h->left[!(rounds & 1)][2]);
+    if (h->has_gloss) {
+        glbk_bind_texture(ctx, GLBK_SLOT_glbk_haar_shine, &h->left[!(rounds & 1)][3]);
+        result = glbk_gbuffer_bind(ctx, g, NULL);
+        if (result != GLBK_OK) return result;
+    }
     glbk_draw_screen(ctx);
     return GLBK_OK;
 }
 
 GLBK_DEF glbk_result glbk_sfield_haar_shade(glbk_context *ctx, glbk_sfield_haar *h, const glbk_gbuffer *g,
-                                            const glbk_sfield_scene *s, int open)
+                                            const glbk_sfield_scene *s, const float eye[3], int open)
 {
     glbk_sfield_contents contents;
     glbk_haar_batch b;
@@ -113,8 +121,13 @@ GLBK_DEF glbk_result glbk_sfield_haar_shade(glbk_context *ctx, glbk_sfield_haar 
     if (h->self_of && h->self_of != s->key)
         return glbk__refuse(ctx, GLBK_ERR_MISMATCH, __func__, "scene",
                             "is not the one of glbk_sfield_haar_self");
+    if (!eye && g->has_clip) eye = g->eye;
+    if (h->has_gloss && !eye)
+        return glbk__refuse(ctx, GLBK_ERR_ARGUMENT, __func__, "eye",
+                            "is NULL: lobes need it, and the G-buffer has none");
     most = s->entity_count + 3 * s->light_count + (h->self_of ? 1u : 0u);
     memset(&b, 0, sizeof b);
+    if (eye) memcpy(b.eye, eye, 12);
     b.slots = most < GLBK__HAAR_SLOTS ? (most ? most : 1) : (uint32_t)GLBK__HAAR_SLOTS;
     b.own = h->self_of != 0;
     b.side = h->cube_side;

@@ -124,7 +124,7 @@ static glbk_result make_sfield(gl_test *t)
     glbk_sfield_renderer_desc renderer;
     glbk_sfield_builder_desc builder;
     const glbk_sfield_haar_scene_desc trees = { NULL, 0, 4, 1, 0 };
-    const glbk_sfield_haar_desc haar = { 4, 4, 4, 0, 1 };
+    const glbk_sfield_haar_desc haar = { 4, 4, 4, 0, 1, 0 };
     sfield_desc field;
     glbk_result result;
     memset(&sfield, 0, sizeof sfield);

@@ -271,7 +271,7 @@ static glbk_result null_of_rsm(void) { return glbk_rsm_map_create(gl, NULL, 4, &
 static glbk_result null_of_ism(void) { return glbk_ism_read(gl, &ism_renderer, NULL); }
 static glbk_result null_of_shadowfield(void) { return glbk_sfield_scene_entities(gl, &sfield, NULL, 1); }
 
-static glbk_result null_of_wavelets(void) { return glbk_sfield_haar_shade(gl, &haar, NULL, &trees, 0); }
+static glbk_result null_of_wavelets(void) { return glbk_sfield_haar_shade(gl, &haar, NULL, &trees, NULL, 0); }
 
 static glbk_result null_of_programs(void)
 {
@@ -300,7 +300,7 @@ static glbk_result unmade_of_shadowfield(void) { return glbk_sfield_scene_sky(gl
 
 static glbk_result unmade_of_wavelets(void)
 {
-    return glbk_sfield_haar_shade(gl, &(glbk_sfield_haar){ 0 }, &seen, &trees, 0);
+    return glbk_sfield_haar_shade(gl, &(glbk_sfield_haar){ 0 }, &seen, &trees, NULL, 0);
 }
 
 RULE(an_object_that_was_not_created_is_an_argument_in_every_header, GLBK_ERR_ARGUMENT, [BASE] = unmade_of_base,
@@ -730,7 +730,7 @@ static glbk_result mismatch_of_shadowfield(void)
     return result;
 }
 
-static glbk_result mismatch_of_wavelets(void) { return glbk_sfield_haar_shade(gl, &haar, &small, &trees, 0); }
+static glbk_result mismatch_of_wavelets(void) { return glbk_sfield_haar_shade(gl, &haar, &small, &trees, NULL, 0); }
 
 RULE(what_does_not_belong_together_is_a_mismatch_in_every_header, GLBK_ERR_MISMATCH, [BASE] = mismatch_of_base,
      [PROGRAMS] = none, [GBUFFER] = mismatch_of_gbuffer, [CSM] = mismatch_of_csm, [ENVSHADOW] = mismatch_of_envshadow,

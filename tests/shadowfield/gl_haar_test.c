@@ -123,10 +123,10 @@ static glbk_sfield_haar_scene_desc scene_desc(void)
     return d;
 }
 
-static void open_world(gl_test *t, world *w, uint32_t batch)
+static void open_glossy_world(gl_test *t, world *w, uint32_t batch, int gloss)
 {
     const glbk_sfield_haar_scene_desc d = scene_desc();
-    const glbk_sfield_haar_desc h = { WIDTH, POINTS / WIDTH, SIDE, batch, 1 };
+    const glbk_sfield_haar_desc h = { WIDTH, POINTS / WIDTH, SIDE, batch, 1, gloss };
     glbk_gbuffer_desc g;
     sfield_scene_desc s;
     memset(w, 0, sizeof *w);
@@ -141,6 +141,8 @@ static void open_world(gl_test *t, world *w, uint32_t batch)
     assert_glbk(t, glbk_sfield_haar_create(&t->gl, &h, &w->haar));
     assert_int_equal(sfield_scene_create(&s, &w->scene), SFIELD_OK);
 }
+
+static void open_world(gl_test *t, world *w, uint32_t batch) { open_glossy_world(t, w, batch, 0); }
 
 static void close_world(gl_test *t, world *w)
 {
@@ -201,7 +203,7 @@ static void shade_gl(gl_test *t, world *w, uint32_t count, uint32_t entity, cons
     }
     assert_glbk(t, glbk_gbuffer_upload(&t->gl, &w->gbuffer, 0, POINTS / WIDTH, pixels));
     assert_glbk(t, glbk_sfield_haar_self(&t->gl, &w->haar, &w->gl, 0, POINTS / WIDTH, owns));
-    assert_glbk(t, glbk_sfield_haar_shade(&t->gl, &w->haar, &w->gbuffer, &w->gl, 1));
+    assert_glbk(t, glbk_sfield_haar_shade(&t->gl, &w->haar, &w->gbuffer, &w->gl, NULL, 1));
     assert_glbk(t, glbk_target_read(&t->gl, &w->haar.target, 0, 0, 0, WIDTH, POINTS / WIDTH, w->light));
 }
 
@@ -277,7 +279,7 @@ static void a_ball_before_a_lamp_leaves_a_ring(void **state)
                 0.16, ring, 0.01);
         all = light_at_origin(t, &w, e, 3, NULL);
         assert_true(fabsf(all - ring) < 1e-6f && w.light[3] > 0.5f);     /* what lies behind hides nothing */
-        assert_glbk(t, glbk_sfield_haar_shade(&t->gl, &w.haar, &w.gbuffer, &w.gl, 0));
+        assert_glbk(t, glbk_sfield_haar_shade(&t->gl, &w.haar, &w.gbuffer, &w.gl, NULL, 0));
         assert_glbk(t, glbk_target_read(&t->gl, &w.haar.target, 0, 0, 0, WIDTH, POINTS / WIDTH, w.light));
         assert_true(w.light[0] == all && w.light[3] == 0);               /* the open share is not wanted */
     }
@@ -419,7 +421,7 @@ static void bodies_of_every_side_of_texels(void **state)
     for (i = 0; i < 4; i++) {
         sfield_desc d = haar_desc(3, 3);
         glbk_sfield_haar_scene_desc sd = scene_desc();
-        const glbk_sfield_haar_desc h = { 4, 1, sides[i], 0, 0 };
+        const glbk_sfield_haar_desc h = { 4, 1, sides[i], 0, 0, 0 };
         static const float p[12] = { 0, 0, 0, 0.5f, 0.1f, 0, 0, 0.2f, 1, -1, 0, 0 };
         static const float n[12] = { 0, 1, 0, 0, 1, 0, 0, 0, 1, 0, 1, 0 };
         glbk_pixel pixels[4];
@@ -465,7 +467,7 @@ static void bodies_of_every_side_of_texels(void **state)
         assert_glbk(t, glbk_gbuffer_create(&t->gl, &gd, &g));
         assert_glbk(t, glbk_gbuffer_upload(&t->gl, &g, 0, 1, pixels));
         assert_glbk(t, glbk_sfield_haar_create(&t->gl, &h, &r));
-        assert_glbk(t, glbk_sfield_haar_shade(&t->gl, &r, &g, &s, 1));
+        assert_glbk(t, glbk_sfield_haar_shade(&t->gl, &r, &g, &s, NULL, 1));
         assert_glbk(t, glbk_target_read(&t->gl, &r.target, 0, 0, 0, 4, 1, light));
         for (k = 0; k < 4; k++) assert_true(fabs((double)light[4 * k + 3] - (double)open[k]) < bound_of(1));
         assert_true(open[0] < 0.9f && light[0] == 0);
@@ -476,6 +478,178 @@ static void bodies_of_every_side_of_texels(void **state)
         sfield_free(f);
     }
     model_free(&box);
+}
+
+/* ---- gloss ---- */
+
+static const float eye[3] = { 2, 5, 1 };
+
+/* Shades pixels of other materials, seen from `eye`, into w->light and `shine`. */
+static void shade_materials(gl_test *t, world *w, uint32_t count, const lsamp_material *material, float *shine)
+{
+    static glbk_pixel pixels[POINTS];
+    static glbk_sfield_own none[POINTS];
+    uint32_t i;
+    memset(pixels, 0, sizeof pixels);
+    for (i = 0; i < count; i++) {
+        memcpy(pixels[i].position, w->position + 3 * i, 12);
+        memcpy(pixels[i].normal, w->normal + 3 * i, 12);
+        pixels[i].material = material[i];
+    }
+    assert_glbk(t, glbk_gbuffer_upload(&t->gl, &w->gbuffer, 0, POINTS / WIDTH, pixels));
+    assert_glbk(t, glbk_sfield_haar_self(&t->gl, &w->haar, &w->gl, 0, POINTS / WIDTH, none));
+    assert_glbk(t, glbk_sfield_haar_shade(&t->gl, &w->haar, &w->gbuffer, &w->gl, eye, 1));
+    assert_glbk(t, glbk_target_read(&t->gl, &w->haar.target, 0, 0, 0, WIDTH, POINTS / WIDTH, w->light));
+    assert_glbk(t, glbk_target_read(&t->gl, &w->haar.target, 1, 0, 0, WIDTH, POINTS / WIDTH, shine));
+}
+
+static lsamp_material phong(float exponent)
+{
+    lsamp_material m;
+    memset(&m, 0, sizeof m);
+    m.kind = LSAMP_MATERIAL_PHONG;
+    m.exponent = exponent;
+    return m;
+}
+
+static lsamp_material metal_rough(float red, float metallic, float roughness)
+{
+    lsamp_material m;
+    memset(&m, 0, sizeof m);
+    m.kind = LSAMP_MATERIAL_METAL_ROUGH;
+    m.diffuse[0] = red;
+    m.diffuse[1] = 0.5f * red;
+    m.diffuse[2] = 0.25f * red;
+    m.metallic = metallic;
+    m.roughness = roughness;
+    return m;
+}
+
+/* Under a sky of 1: metal of roughness 1, whose albedo has a closed form, and Phong's lobe of exponent n along the
+   normal behind a ball of that axis, which leaves cos^(n + 2) of the ball's angle. */
+static void lobes_have_closed_forms(void **state)
+{
+    GL_TEST(t, state)
+    static const float exponents[3] = { 2, 8, 20 };
+    static float white[3 * 32], shine[4 * POINTS];
+    static lsamp_material material[POINTS];
+    static world w;
+    sfield_entity e = at(BALL, 2, 3, 1);
+    double worst = 0, lobe = 0;
+    int i;
+    for (i = 0; i < 96; i++) white[i] = 1;
+    open_glossy_world(t, &w, 0, 1);
+    for (i = 0; i < POINTS; i++) {              /* on a plane below the eye */
+        const double v = 0.1 + 0.9 * i / POINTS, side = sqrt(1 - v * v) / v * 5;
+        w.position[3 * i] = eye[0] - (float)(side * cos(0.7 * i));
+        w.position[3 * i + 2] = eye[2] - (float)(side * sin(0.7 * i));
+        w.normal[3 * i + 1] = 1;
+        material[i] = metal_rough(1, 1, 1);
+        material[i].diffuse[1] = 0;
+    }
+    place(t, &w, &e, 0, white, NULL);
+    shade_materials(t, &w, POINTS, material, shine);
+    for (i = 0; i < POINTS; i++) {
+        const double v = 0.1 + 0.9 * i / POINTS;
+        worst = fmax(worst, fabs((double)shine[4 * i] - (1 - v * log((1 + v) / v))));
+        assert_true(w.light[4 * i] == 0);       /* F0 is 1: nothing is left that is diffuse */
+        assert_true(shine[4 * i + 1] < shine[4 * i]);
+    }
+    CONFORM_MAX("gloss", "GL: wavelets, albedo of metal of roughness 1", 0.005, worst);
+    memcpy(w.position, eye, 12);                /* right below the eye, and the ball between */
+    w.position[1] = 0;
+    e.transform[13] = 3;
+    place(t, &w, &e, 1, white, NULL);
+    for (i = 0; i < 3; i++) {
+        const double s = 1.0 / 3, n = (double)exponents[i], all = pow(1 - s * s, 0.5 * (n + 2));
+        material[0] = phong(exponents[i]);
+        shade_materials(t, &w, 1, material, shine);
+        lobe = fmax(lobe, fabs((double)shine[0] - all) / (0.5 * (n + 2) * pow(1 - s * s, 0.5 * n)));
+        assert_true(fabs((double)w.light[0] - (1 - s * s)) < 0.01);
+    }
+    /* what the square of the ball's sine is off by, as in a_ball_hides_the_square_of_its_sine */
+    CONFORM_MAX("gloss", "GL: wavelets, Phong's lobes behind a ball beside cos^(n + 2), as sine^2", 0.015, lobe);
+    close_world(t, &w);
+}
+
+/* What the CPU makes of one kind of points: all with the same material. */
+static void gloss_on_cpu(world *w, const lsamp_material *material, const float *to_eye, float *gloss)
+{
+    static float values[5 * POINTS], exponents[POINTS];
+    const int metal = material[0].kind == LSAMP_MATERIAL_METAL_ROUGH;
+    sfield_points set;
+    int i;
+    memset(&set, 0, sizeof set);
+    for (i = 0; i < POINTS; i++) {
+        memcpy(values + 5 * i, material[i].diffuse, 12);
+        values[5 * i + 3] = material[i].metallic;
+        values[5 * i + 4] = material[i].roughness;
+        exponents[i] = material[i].exponent;
+    }
+    set.count = POINTS;
+    set.positions = w->position;
+    set.normals = w->normal;
+    set.rgb = w->rgb;
+    set.gloss = gloss;
+    set.to_eye = to_eye;
+    set.materials = metal ? values : NULL;
+    set.material_stride = 20;
+    set.exponents = metal ? NULL : exponents;
+    set.exponent_stride = 4;
+    assert_int_equal(sfield_shade(w->scene, &set, 1, NULL), SFIELD_OK);
+}
+
+/* Where the eye looks along the surface, or from below it, (v . h)^2 is lost in roundings of 1 + v . l, on the CPU as
+   on the GPU: these points are compared less strictly, and narrow lobes are wider on the GPU there. */
+static void lobes_are_as_on_the_cpu(void **state)
+{
+    GL_TEST(t, state)
+    static const char *const names[3] = { "GL: wavelets off shadowfield.h, Phong",
+                                          "GL: wavelets off shadowfield.h, metal-rough",
+                                          "GL: wavelets off shadowfield.h, roughness 0.1 to 0.28" };
+    static float sky[3 * 32], shine[4 * POINTS], gloss[3 * POINTS], to_eye[3 * POINTS];
+    static lsamp_material material[POINTS];
+    static world w;
+    sfield_entity e[9];
+    uint64_t seed = 31;
+    int kind, i, k;
+    for (i = 0; i < 96; i++) sky[i] = rnd_in(&seed, 0, 2);
+    open_glossy_world(t, &w, 0, 1);
+    random_points(&w, &seed);
+    random_bodies(e, 9, &seed);
+    place(t, &w, e, 9, sky, NULL);
+    for (i = 0; i < POINTS; i++) {
+        float length = 0;
+        for (k = 0; k < 3; k++) {
+            to_eye[3 * i + k] = eye[k] - w.position[3 * i + k];
+            length += to_eye[3 * i + k] * to_eye[3 * i + k];
+        }
+        for (k = 0; k < 3; k++) to_eye[3 * i + k] /= sqrtf(length);
+    }
+    for (kind = 0; kind < 3; kind++) {
+        double worst = 0, grazing = 0, most = 0, light = 0, brightest = 0;
+        for (i = 0; i < POINTS; i++)
+            material[i] = kind == 0 ? phong(rnd_in(&seed, 1, 100))
+                                    : metal_rough(rnd_in(&seed, 0, 1), rnd_in(&seed, 0, 1),
+                                                  kind == 1 ? rnd_in(&seed, 0.3, 1) : rnd_in(&seed, 0.1, 0.28));
+        shade_materials(t, &w, POINTS, material, shine);
+        gloss_on_cpu(&w, material, to_eye, gloss);
+        for (i = 0; i < 3 * POINTS; i++) {
+            const float *n = w.normal + i / 3 * 3, *v = to_eye + i / 3 * 3;
+            const int above = n[0] * v[0] + n[1] * v[1] + n[2] * v[2] > 0.12f;
+            double *off = above ? &worst : &grazing;
+            *off = fmax(*off, fabs((double)shine[4 * (i / 3) + i % 3] - (double)gloss[i]));
+            most = fmax(most, fabs((double)gloss[i]));
+            light = fmax(light, fabs((double)w.light[4 * (i / 3) + i % 3] - (double)w.rgb[i]));
+            brightest = fmax(brightest, fabs((double)w.rgb[i]));
+        }
+        print_message("%s: %.1e, grazing %.1e of %.2g, light %.1e of %.2g\n", names[kind], worst, grazing, most,
+                      light, brightest);
+        assert_true(most > 0.5 && brightest > 0.1);
+        assert_true(light < 1e-3 * brightest && grazing < (kind < 2 ? 0.02 : 0.3) * most);
+        CONFORM_MAX("gloss", names[kind], kind < 2 ? 1e-4 : 0.03, worst / most);
+    }
+    close_world(t, &w);
 }
 
 /* ---- arguments ---- */
@@ -571,7 +745,7 @@ static void renderers_refuse_bad_arguments(void **state)
 {
     GL_TEST(t, state)
     glbk_context *gl = &t->gl;
-    glbk_sfield_haar_desc desc = { 4, 4, SIDE, 0, 0 }, *d = &desc;
+    glbk_sfield_haar_desc desc = { 4, 4, SIDE, 0, 0, 0 }, *d = &desc;
     glbk_sfield_own own[16];
     glbk_sfield_haar h, none;
     glbk_gbuffer_desc size = { 0 };
@@ -588,23 +762,32 @@ static void renderers_refuse_bad_arguments(void **state)
     DESC_WRONG(h, d->cube_side, 3, glbk_sfield_haar_create(gl, d, &h));
     DESC_WRONG(h, d->cube_side, 256, glbk_sfield_haar_create(gl, d, &h));
     assert_glbk(t, glbk_sfield_haar_create(gl, d, &h));
-    REFUSED(glbk_sfield_haar_shade(NULL, &h, &w.gbuffer, &w.gl, 0));
-    REFUSED(glbk_sfield_haar_shade(gl, NULL, &w.gbuffer, &w.gl, 0));
-    REFUSED(glbk_sfield_haar_shade(gl, &none, &w.gbuffer, &w.gl, 0));
-    REFUSED(glbk_sfield_haar_shade(gl, &h, NULL, &w.gl, 0));
-    REFUSED(glbk_sfield_haar_shade(gl, &h, &w.gbuffer, NULL, 0));
+    REFUSED(glbk_sfield_haar_shade(NULL, &h, &w.gbuffer, &w.gl, NULL, 0));
+    REFUSED(glbk_sfield_haar_shade(gl, NULL, &w.gbuffer, &w.gl, NULL, 0));
+    REFUSED(glbk_sfield_haar_shade(gl, &none, &w.gbuffer, &w.gl, NULL, 0));
+    REFUSED(glbk_sfield_haar_shade(gl, &h, NULL, &w.gl, NULL, 0));
+    REFUSED(glbk_sfield_haar_shade(gl, &h, &w.gbuffer, NULL, NULL, 0));
     LOGGED("glbk_sfield_haar_shade: gbuffer->width is 12; it must be that of the renderer",
-           glbk_sfield_haar_shade(gl, &h, &w.gbuffer, &w.gl, 0), GLBK_ERR_MISMATCH);
+           glbk_sfield_haar_shade(gl, &h, &w.gbuffer, &w.gl, NULL, 0), GLBK_ERR_MISMATCH);
     LOGGED("glbk_sfield_haar_self: haar was created without desc.self",
            glbk_sfield_haar_self(gl, &h, &w.gl, 0, 1, own), GLBK_ERR_MISMATCH);
     glbk_sfield_haar_free(gl, &h);
+    d->width = WIDTH;
+    d->height = POINTS / WIDTH;
+    d->gloss = 1;
+    assert_glbk(t, glbk_sfield_haar_create(gl, d, &h));
+    LOGGED("glbk_sfield_haar_shade: eye is NULL: lobes need it, and the G-buffer has none",
+           glbk_sfield_haar_shade(gl, &h, &w.gbuffer, &w.gl, NULL, 0), GLBK_ERR_ARGUMENT);
+    glbk_sfield_haar_free(gl, &h);
+    d->width = d->height = 4;
+    d->gloss = 0;
     d->cube_side = 8;
     d->self = 1;
     size.width = size.height = 4;
     assert_glbk(t, glbk_gbuffer_create(gl, &size, &g));
     assert_glbk(t, glbk_sfield_haar_create(gl, d, &h));
     LOGGED("glbk_sfield_haar_shade: scene->cube_side is 16; it must be that of the renderer",
-           glbk_sfield_haar_shade(gl, &h, &g, &w.gl, 0), GLBK_ERR_MISMATCH);
+           glbk_sfield_haar_shade(gl, &h, &g, &w.gl, NULL, 0), GLBK_ERR_MISMATCH);
     glbk_sfield_haar_free(gl, &h);
     d->cube_side = SIDE;
     assert_glbk(t, glbk_sfield_haar_create(gl, d, &h));
@@ -644,7 +827,7 @@ static void scenes_are_for_compute_or_not(void **state)
         assert_glbk(t, glbk_sfield_haar_upload(&t->gl, &sd, &trees));
         t->gl.compute = 1;
         LOGGED("glbk_sfield_haar_shade: scene was uploaded with another ctx->compute than the renderer was made with",
-               glbk_sfield_haar_shade(&t->gl, &w.haar, &w.gbuffer, &trees, 0), GLBK_ERR_MISMATCH);
+               glbk_sfield_haar_shade(&t->gl, &w.haar, &w.gbuffer, &trees, NULL, 0), GLBK_ERR_MISMATCH);
         glbk_sfield_scene_free(&t->gl, &trees);
     }
     close_world(t, &w);
@@ -678,11 +861,11 @@ static void self_visibility_is_of_one_scene(void **state)
     memcpy(whole, w.light, sizeof whole);
     for (i = 0; i < POINTS; i++) differ += fabsf(whole[4 * i] - bare[4 * i]) > 1e-4f;
     assert_true(differ > POINTS / 4);           /* or the rest shows nothing */
-    assert_glbk(t, glbk_sfield_haar_shade(&t->gl, &w.haar, &w.gbuffer, &same, 1));
+    assert_glbk(t, glbk_sfield_haar_shade(&t->gl, &w.haar, &w.gbuffer, &same, NULL, 1));
     assert_glbk(t, glbk_target_read(&t->gl, &w.haar.target, 0, 0, 0, WIDTH, POINTS / WIDTH, w.light));
     assert_memory_equal(w.light, whole, sizeof whole);
     LOGGED("glbk_sfield_haar_shade: scene is not the one of glbk_sfield_haar_self",
-           glbk_sfield_haar_shade(&t->gl, &w.haar, &w.gbuffer, &other, 1), GLBK_ERR_MISMATCH);
+           glbk_sfield_haar_shade(&t->gl, &w.haar, &w.gbuffer, &other, NULL, 1), GLBK_ERR_MISMATCH);
     memset(owns, 0, sizeof owns);
     for (i = 0; i < WIDTH; i++) {               /* the first row alone, for the other scene */
         owns[i].self = field[OWN];
@@ -690,8 +873,8 @@ static void self_visibility_is_of_one_scene(void **state)
     }
     assert_glbk(t, glbk_sfield_haar_self(&t->gl, &w.haar, &other, 0, 1, owns));
     LOGGED("glbk_sfield_haar_shade: scene is not the one of glbk_sfield_haar_self",
-           glbk_sfield_haar_shade(&t->gl, &w.haar, &w.gbuffer, &w.gl, 1), GLBK_ERR_MISMATCH);
-    assert_glbk(t, glbk_sfield_haar_shade(&t->gl, &w.haar, &w.gbuffer, &other, 1));
+           glbk_sfield_haar_shade(&t->gl, &w.haar, &w.gbuffer, &w.gl, NULL, 1), GLBK_ERR_MISMATCH);
+    assert_glbk(t, glbk_sfield_haar_shade(&t->gl, &w.haar, &w.gbuffer, &other, NULL, 1));
     assert_glbk(t, glbk_target_read(&t->gl, &w.haar.target, 0, 0, 0, WIDTH, POINTS / WIDTH, w.light));
     assert_memory_equal(w.light, whole, 4 * WIDTH * sizeof(float));
     assert_memory_equal(w.light + 4 * WIDTH, bare + 4 * WIDTH, sizeof bare - 4 * WIDTH * sizeof(float));
@@ -768,7 +951,7 @@ static void self_visibility_at_an_old_address_is_another(void **state)
     assert_ptr_equal(open_again(WIDTH / 2), two[1]);        /* half of the points: the others would be no trees */
     assert_glbk(t, glbk_sfield_haar_upload(&t->gl, &sd, &made));
     LOGGED("glbk_sfield_haar_shade: scene is not the one of glbk_sfield_haar_self",
-           glbk_sfield_haar_shade(&t->gl, &w.haar, &w.gbuffer, &made, 1), GLBK_ERR_MISMATCH);
+           glbk_sfield_haar_shade(&t->gl, &w.haar, &w.gbuffer, &made, NULL, 1), GLBK_ERR_MISMATCH);
     glbk_sfield_scene_free(&t->gl, &made);
     close_world(t, &w);
     free(arena.bytes);
@@ -802,7 +985,7 @@ static glbk_result make_all(gl_test *t, glbk_sfield_scene *s, glbk_gbuffer *g, g
 {
     static float sky[3 * 6 * SIDE * SIDE];
     const sfield_field *two[2] = { field[BOX], field[OWN] };
-    const glbk_sfield_haar_desc d = { 4, 4, SIDE, 0, 1 };
+    const glbk_sfield_haar_desc d = { 4, 4, SIDE, 0, 1, 0 };
     glbk_sfield_haar_scene_desc sd = scene_desc();
     glbk_sfield_own own[4];
     glbk_gbuffer_desc of;
@@ -871,7 +1054,7 @@ static void make_and_shade(gl_test *t, float light[64])
     glbk_gbuffer g;
     glbk_sfield_haar h;
     assert_glbk(t, make_all(t, &s, &g, &h));
-    GL_SAVED(t, assert_glbk(t, glbk_sfield_haar_shade(&t->gl, &h, &g, &s, 1)));
+    GL_SAVED(t, assert_glbk(t, glbk_sfield_haar_shade(&t->gl, &h, &g, &s, NULL, 1)));
     GL_SAME(t, assert_glbk(t, glbk_target_read(&t->gl, &h.target, 0, 0, 0, 4, 4, light)));
     GL_SAME(t, glbk_sfield_haar_free(&t->gl, &h));
     GL_SAME(t, glbk_gbuffer_free(&t->gl, &g));
@@ -901,7 +1084,7 @@ static void a_lost_context_is_called_no_more(void **state)
     static glbk_functions none;
     static float sky[3 * 6 * SIDE * SIDE];
     const glbk_sfield_haar_scene_desc sd = scene_desc();
-    const glbk_sfield_haar_desc d = { 4, 4, SIDE, 0, 1 };
+    const glbk_sfield_haar_desc d = { 4, 4, SIDE, 0, 1, 0 };
     glbk_sfield_scene s, s2;
     glbk_gbuffer g;
     glbk_sfield_haar h, h2;
@@ -915,7 +1098,7 @@ static void a_lost_context_is_called_no_more(void **state)
     assert_int_equal(glbk_sfield_haar_upload(&t->gl, &sd, &s2), GLBK_ERR_LOST);
     assert_int_equal(glbk_sfield_haar_create(&t->gl, &d, &h2), GLBK_ERR_LOST);
     assert_int_equal(s2.table.name + h2.light.name, 0);
-    assert_int_equal(glbk_sfield_haar_shade(&t->gl, &h, &g, &s, 0), GLBK_ERR_LOST);
+    assert_int_equal(glbk_sfield_haar_shade(&t->gl, &h, &g, &s, NULL, 0), GLBK_ERR_LOST);
     assert_int_equal(glbk_sfield_haar_sky(&t->gl, &s, sky), GLBK_ERR_LOST);
     assert_int_equal(glbk_sfield_haar_self(&t->gl, &h, &s, 0, 1, own), GLBK_ERR_LOST);
     h2 = h;
@@ -931,13 +1114,14 @@ int main(int count, char **values)
     struct CMUnitTest tests[] = {
         gl_unit_test(a_ball_hides_the_square_of_its_sine), gl_unit_test(a_ball_before_a_lamp_leaves_a_ring),
         gl_unit_test(scenes_are_shaded_as_on_the_cpu), gl_unit_test(long_lists_take_more_rounds),
-        gl_unit_test(bodies_of_every_side_of_texels), gl_unit_test(scenes_refuse_bad_arguments),
+        gl_unit_test(bodies_of_every_side_of_texels), gl_unit_test(lobes_have_closed_forms),
+        gl_unit_test(lobes_are_as_on_the_cpu), gl_unit_test(scenes_refuse_bad_arguments),
         gl_unit_test(renderers_refuse_bad_arguments), gl_unit_test(self_visibility_is_of_one_scene),
         gl_unit_test(self_visibility_at_an_old_address_is_another), gl_unit_test(failures_leave_nothing),
         gl_unit_test(a_hostile_state_changes_nothing), gl_unit_test(a_lost_context_is_called_no_more),
         gl_unit_test(scenes_are_for_compute_or_not)
     };
-    struct CMUnitTest lit[5];
+    struct CMUnitTest lit[7];
     int result;
     (void)count;
     if (gl_run_ways(values, GL_CORE45 | GL_CORE33 | GL_ES30, &result)) return result;
