@@ -438,7 +438,7 @@ struct ism_desc {                   /* zero it, then set what you care about */
                                        forgotten, up to 1; 0 = 0.1 */
     float          area_share;      /* share of the surfels that is spread by area, so that no triangle is
                                        forgotten, up to 1; 0 = 0.2 */
-    float          splat_scale;     /* area of discs over that of their surfels, up to 16; 0 = 1. Discs that
+    float          splat_scale;     /* area of discs over that of their surfels, up to 16; 0 = 0.8. Discs that
                                        are cut off at their triangle's edges have 6 times the area, which
                                        closes gaps between them */
     int32_t        near_point_count;    /* near points for each VPL, at most 64; 0 = 16; negative = none. Near
@@ -7034,7 +7034,7 @@ static void ism__resolve(ism_desc *d)
     if (d->window_rim < 0) d->window_rim = 0;
     if (!(d->flux_share > 0.0f)) d->flux_share = 0.1f;
     if (!(d->area_share > 0.0f)) d->area_share = 0.2f;
-    if (!(d->splat_scale > 0.0f)) d->splat_scale = 1.0f;
+    if (!(d->splat_scale > 0.0f)) d->splat_scale = 0.8f;
 }
 
 ISM_DEF ism_result ism_create(const ism_desc *desc, ism_maps **out)

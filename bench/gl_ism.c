@@ -60,7 +60,7 @@ static int open_setup(setup *u, uint32_t points)
     u->desc.tile_side = 64;
     u->desc.projection = ISM_PROJECTION_COSINE;
     u->desc.lazy_frames = 8;
-    u->desc.splat_scale = 1.0f;
+    u->desc.splat_scale = 0.8f;
     u->desc.system.parallel_for = ex_pool_run;
     u->desc.system.user = u->options->pool;
     memset(&u->shading, 0, sizeof u->shading);

@@ -3656,7 +3656,7 @@ static void glbk__ism_resolve(ism_desc *d)
     if (d->near_point_count < 0) d->near_point_count = 0;
     if (!d->window_rim) d->window_rim = d->tile_side < 16 ? 2 : (int32_t)(d->tile_side / 8);
     if (d->window_rim < 0) d->window_rim = 0;
-    if (!(d->splat_scale > 0)) d->splat_scale = 1.0f;
+    if (!(d->splat_scale > 0)) d->splat_scale = 0.8f;
 }
 
 /* Checks a shading as ism_shade does, and writes the shading with its defaults. */

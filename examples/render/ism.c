@@ -415,7 +415,7 @@ static const rd_key keys[] = {
     { "clamp", RD_NUMBER, NULL, 1e-6, 1e6, "1",
       "near_mode=clamp: 1/m^2; near_mode=mean: times the mean of a pixel's VPLs" },
     { "bias", RD_NUMBER, NULL, 0, 0.9, "0.02", "share of the distance" },
-    { "splat_scale", RD_NUMBER, NULL, 0.01, 16, "1", "area of a disc over that of its surfel" },
+    { "splat_scale", RD_NUMBER, NULL, 0.01, 16, "0.8", "area of a disc over that of its surfel" },
     { "lazy_frames", RD_INTEGER, NULL, 1, 64, "8", "frames until all surfels are renewed" },
     { "unstable", RD_WORD, "0|1", 0, 0, "0", "1: VPLs and surfels take new random numbers in every frame" },
     { "no_inter_texel", RD_WORD, "0|1", 0, 0, "0", "1: VPLs lie at texel centres, not between them" },

@@ -91,7 +91,7 @@ static void ism__resolve(ism_desc *d)
     if (d->window_rim < 0) d->window_rim = 0;
     if (!(d->flux_share > 0.0f)) d->flux_share = 0.1f;
     if (!(d->area_share > 0.0f)) d->area_share = 0.2f;
-    if (!(d->splat_scale > 0.0f)) d->splat_scale = 1.0f;
+    if (!(d->splat_scale > 0.0f)) d->splat_scale = 0.8f;
 }
 
 ISM_DEF ism_result ism_create(const ism_desc *desc, ism_maps **out)

@@ -1243,6 +1243,7 @@ static void every_disc_is_drawn(void **state)
             memset(&f, 0, sizeof f);
             d.vpl_count = DRAWN;
             d.surfel_count = 400;
+            d.splat_scale = 1;
             d.tile_side = TILE;
             d.no_fill = !(fill & 1);
             d.keep_hits = fill < 2;             /* then even, else with windows */
