@@ -20,6 +20,7 @@ static const example examples[] = {
     { "01d_csm_own_views", 320, 200, { 188.82, 188.82, 188.82 }, "ball" },
     { "01f_csm_final_gathering", 160, 128, { 61.42, 56.53, 43.55 }, NULL },
     { "01g_csm_surface_light", 320, 200, { 88.55, 84.60, 90.70 }, NULL },
+    { "01h_csm_skinned", 800, 320, { 164.71, 168.93, 173.16 }, NULL },
     { "02_shadowfield_minimal", 256, 256, { 148.16, 146.64, 143.47 }, NULL },
     { "02c_shadowfield_robot", 800, 320, { 153.89, 155.54, 159.90 }, NULL },
     { "03_envshadow_minimal", 320, 200, { 188.60, 189.54, 194.12 }, NULL },
@@ -76,6 +77,25 @@ static void probes_print_what_was_looked_at(void **state)
     assert_non_null(strstr(output, "of a sun above them 1.00 is seen, of one below 0.00"));
 }
 
+/* The light of the sky by maps of rigid parts, beside rays that meet the skin: where it bends twice as far off as maps
+   alone are on straight limbs, elsewhere and on the floor no farther than there. */
+static void a_skin_by_rigid_parts_costs_little(void **state)
+{
+    static const char *const poses[] = { "straight", "bent" };
+    double off[2][3];
+    int i;
+    (void)state;
+    assert_int_equal(run("01h_csm_skinned", "picture.ppm"), 0);
+    for (i = 0; i < 2; i++) {
+        const char *line = strstr(output, poses[i]);
+        assert_non_null(line);
+        assert_int_equal(sscanf(strchr(line, ':'), ": light of the sky off by %lf on the floor, %lf where limbs bend, "
+                                "%lf elsewhere", &off[i][0], &off[i][1], &off[i][2]), 3);
+    }
+    assert_true(off[0][0] < 0.0035 && off[0][1] < 0.006 && off[0][2] < 0.006);
+    assert_true(off[1][0] < 0.004 && off[1][1] < 0.01 && off[1][2] < 0.006);
+}
+
 /* 200 rocks in a quarter of their memory: what the example compares itself, and that it had to let rocks go. */
 static void a_stream_walks_past_what_memory_cannot_hold(void **state)
 {
@@ -110,6 +130,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = { cmocka_unit_test(examples_draw_what_was_looked_at),
                                         cmocka_unit_test(probes_print_what_was_looked_at),
+                                        cmocka_unit_test(a_skin_by_rigid_parts_costs_little),
                                         cmocka_unit_test(a_stream_walks_past_what_memory_cannot_hold),
                                         cmocka_unit_test(stages_are_asked_and_read),
                                         cmocka_unit_test(own_api_example_writes_a_shader) };
