@@ -12726,18 +12726,28 @@ static SFIELD__COLD void sfield__read_lobe(const sfield_points *set, size_t inde
 static void sfield__add_response(const sfield__lobe *b, const float *l, float *out)
 {
     const float nl = b->n[0] * l[0] + b->n[1] * l[1] + b->n[2] * l[2];
-    const float vl = b->v[0] * l[0] + b->v[1] * l[1] + b->v[2] * l[2];
-    float nh2, q, s, all;
+    float h[3], hh = 0, along = 0, across = 0;
+    float q, s, all;
     if (!(nl > 0)) return;
     if (b->exponent > 0) {
-        const float along = b->mirror[0] * l[0] + b->mirror[1] * l[1] + b->mirror[2] * l[2];
+        along = b->mirror[0] * l[0] + b->mirror[1] * l[1] + b->mirror[2] * l[2];
         if (along > 0) out[1] += nl * (b->exponent + 2) * 0.159154943f * sfield__pow(along, b->exponent);
         return;
     }
-    s = 0.5f + 0.5f * vl;
-    s = s > 1e-6f ? s < 1 ? s : 1 : 1e-6f;      /* (v . h)^2 */
-    nh2 = (nl + b->nv) * (nl + b->nv) / (4 * s);
-    q = 1 - (nh2 < 1 ? nh2 : 1) * (1 - b->a2);
+    for (int k = 0; k < 3; k++) {
+        h[k] = l[k] + b->v[k];
+        hh += h[k] * h[k];
+        along += h[k] * b->n[k];
+    }
+    /* 1 - (n . h)^2 by what of h lies across n: the difference would have few digits where a shallow light
+       meets a shallow eye */
+    for (int k = 0; k < 3; k++) {
+        const float part = h[k] - along * b->n[k];
+        across += part * part;
+    }
+    hh = hh > 4e-6f ? hh : 4e-6f;
+    q = (across + along * along * b->a2) / hh;
+    s = hh < 4 ? 0.25f * hh : 1;                /* (v . h)^2 */
     s = 1 - sqrtf(s);
     s = s * s * (s * s) * s;
     all = nl * 0.159154943f * b->a2 / (q * q);

@@ -66,7 +66,7 @@ typedef struct gifilt_frame {       /* the camera and the settings of one frame 
     const float *world_to_clip;     /* the camera's matrix of this frame, world to clip, 16 floats,
                                        column-major. The next frame finds its surfaces in this one by the
                                        matrix. NULL: the camera is unknown, so that neither this frame nor the
-                                       next one has a history */
+                                       next one has a history unless motion is given */
     const float *motion;            /* where the surface that each pixel shows was in the last frame: x, y in
                                        that frame's pixels, centres at 0.5, rows counted as they lie in
                                        memory. NULL: the surface did not move, and is found by the last
