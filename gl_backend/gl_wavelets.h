@@ -245,9 +245,8 @@ GLBK_DEF glbk_result glbk_sfield_haar_self(glbk_context *ctx, glbk_sfield_haar *
             GLBK_ERR_MISMATCH: haar has no desc.self, or a field is none of the scene's self-visibilities.
             GLBK_ERR_INPUT: a point is beyond those of its field. GLBK_ERR_ALLOC */
 
-GLBK_DEF const glbk_part *glbk_haar_part(void);
-/* Returns the GLSL of this header. Its files are for its own programs: a program of yours has no use for
-   them. */
+/* For the library's tools and tests: returns the GLSL of this header, which is for its own programs alone. */
+GLBK__DEF const glbk_part *glbk__wavelets(void);
 
 /* ---- objects: read only ---- */
 
@@ -1360,7 +1359,10 @@ static const glbk_file glbk__haar_files[] = {
 
 /* ---- wavelets: this header's GLSL, textures and block, by which programs find them ---- */
 
-GLBK__PART_CODE(haar, HAAR)
+GLBK__LISTS_CODE(haar, HAAR)
+GLBK__PART_DATA(haar)
+
+GLBK__DEF const glbk_part *glbk__wavelets(void) { return &glbk__haar_part; }
 
 /* ==== src/gl_wavelets/trees.h ==== */
 
@@ -1934,7 +1936,7 @@ static glbk_result glbk__haar_textures(glbk_context *ctx, glbk_sfield_haar *h)
 static glbk_result glbk__haar_program(glbk_context *ctx, const char *name, const char *defines,
                                       glbk_program *out)
 {
-    return glbk__gbuffer_program_above(ctx, glbk_haar_part(), glbk__sfield_reader(), name, defines, out);
+    return glbk__gbuffer_program_above(ctx, &glbk__haar_part, glbk__sfield_reader(), name, defines, out);
 }
 
 /* Makes what the compute shader needs: the picture and a buffer for T, where shared memory has no room for

@@ -116,7 +116,7 @@ static int write_part(const char *folder, const glbk_part *part)
 int main(int argc, char **argv)
 {
     const glbk_part *const parts[] = { glbk__base(), glbk_gbuffer_part(), glbk_csm_part(), glbk_sfield_part(),
-                                       glbk_envsh_part(), glbk_rsm_part(), glbk_ism_part(), glbk_haar_part() };
+                                       glbk_envsh_part(), glbk_rsm_part(), glbk_ism_part(), glbk__wavelets() };
     char path[1024];
     size_t i;
 

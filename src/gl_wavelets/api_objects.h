@@ -19,9 +19,8 @@ GLBK_DEF glbk_result glbk_sfield_haar_self(glbk_context *ctx, glbk_sfield_haar *
             GLBK_ERR_MISMATCH: haar has no desc.self, or a field is none of the scene's self-visibilities.
             GLBK_ERR_INPUT: a point is beyond those of its field. GLBK_ERR_ALLOC */
 
-GLBK_DEF const glbk_part *glbk_haar_part(void);
-/* Returns the GLSL of this header. Its files are for its own programs: a program of yours has no use for
-   them. */
+/* For the library's tools and tests: returns the GLSL of this header, which is for its own programs alone. */
+GLBK__DEF const glbk_part *glbk__wavelets(void);
 
 /* ---- objects: read only ---- */
 

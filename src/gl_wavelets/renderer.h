@@ -82,7 +82,7 @@ static glbk_result glbk__haar_textures(glbk_context *ctx, glbk_sfield_haar *h)
 static glbk_result glbk__haar_program(glbk_context *ctx, const char *name, const char *defines,
                                       glbk_program *out)
 {
-    return glbk__gbuffer_program_above(ctx, glbk_haar_part(), glbk__sfield_reader(), name, defines, out);
+    return glbk__gbuffer_program_above(ctx, &glbk__haar_part, glbk__sfield_reader(), name, defines, out);
 }
 
 /* Makes what the compute shader needs: the picture and a buffer for T, where shared memory has no room for

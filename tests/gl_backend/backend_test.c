@@ -21,7 +21,7 @@
 static const glbk_part *part_at(uint32_t i)
 {
     const glbk_part *const parts[7] = { glbk__base(), glbk_csm_part(), glbk_sfield_part(), glbk_envsh_part(),
-                                        glbk_rsm_part(), glbk_ism_part(), glbk_haar_part() };
+                                        glbk_rsm_part(), glbk_ism_part(), glbk__wavelets() };
     return parts[i];
 }
 enum { PART_COUNT = 7 };

@@ -47,11 +47,12 @@ export dir
 
 prefix() { sh tools/prefix "$1.h"; }
 macro() { basename "$1" | tr a-z A-Z; }
-# The function that a program calls: gl_csm.h has glbk_csm_part, its other functions want a context.
+# The function that a program calls: gl_csm.h has glbk_csm_part, gl_wavelets.h glbk__wavelets; all others want a context.
 call() {
     units=$(sed -n 's/^units //p' $(grep -lx "header $1.h" src/*/parts.txt))
     [ "$units" != glbk_gbuf ] || units=glbk_gbuffer
     [ "$units" != glbk_prog ] || { echo 'glbk_find_file(NULL, "lib/table.glsl") != NULL'; return; }
+    [ "$units" != glbk_haar ] || { echo 'glbk__wavelets() != NULL'; return; }
     if [ -n "$units" ]; then echo "${units}_part() != NULL"; else echo "$(prefix "$1")_result_text(($(prefix "$1")_result)0) != NULL"; fi
 }
 # Whose implementations a header wants in some file, its own or another one: every gl_*.h that of gl_backend.h, and all but
