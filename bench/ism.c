@@ -335,6 +335,15 @@ static int error_below(const float *a, const float *b, size_t pixels, double sha
     return 0;
 }
 
+void bn_picture_error_print(const bn_picture_error *e)
+{
+    bn_number("rmse_vs_reference", e->rmse);
+    bn_number("rmse_without_worst_hundredth", e->rmse_99);
+    bn_number("rmse_below_99th", e->rmse_below);
+    bn_number("mean_below_99th", e->ratio_below);
+    bn_number("mean_ratio", e->ratio);
+}
+
 int bn_picture_error_of(const float *a, const float *b, size_t pixels, bn_picture_error *out)
 {
     double sum_a = 0, sum_b = 0, all = 0, rest = 0, *square = malloc(pixels * sizeof *square);
@@ -416,12 +425,9 @@ static int picture_of(const bn_options *options, const files *f, const char *sce
     bn_number("build_ms", number(f, "ism", "build_ms"));
     bn_number("shade_ms", number(f, "ism", "shade_ms"));
     bn_number("frame_ms", number(f, "ism", "frame_ms"));
-    bn_number("rmse_vs_reference", e.rmse);
-    bn_number("rmse_below_99th", e.rmse_below);
-    bn_number("mean_below_99th", e.ratio_below);
+    bn_picture_error_print(&e);
     bn_number("ssim", ssim);
     bn_number("reference_noise", number(f, "reference", "noise"));
-    bn_number("mean_ratio", e.ratio);
     bn_number("lost_energy", number(f, "ism", "lost_energy"));
     bn_end(options);
     return 0;
@@ -478,11 +484,7 @@ static void report_cause(const bn_options *options, const char *scene, const cau
     bn_integer("vpl_count", c->vpls);
     bn_integer("rsm", c->rsm);
     bn_integer("light_point_count", c->light_points);
-    bn_number("rmse_vs_reference", e->rmse);
-    bn_number("rmse_without_worst_hundredth", e->rmse_99);
-    bn_number("rmse_below_99th", e->rmse_below);
-    bn_number("mean_below_99th", e->ratio_below);
-    bn_number("mean_ratio", e->ratio);
+    bn_picture_error_print(e);
     bn_number("lost_energy", lost);
     bn_number("reference_noise", noise);
     bn_end(options);

@@ -214,10 +214,7 @@ static void report(const bn_options *options, const char *scene, const rival *r,
     bn_text("way", r->name);
     bn_integer("vpl_count", vpls);
     bn_number("cpu_seconds", seconds);
-    bn_number("rmse_vs_reference", e->rmse);
-    bn_number("rmse_below_99th", e->rmse_below);
-    bn_number("mean_below_99th", e->ratio_below);
-    bn_number("mean_ratio", e->ratio);
+    bn_picture_error_print(e);
     bn_number("reference_noise", noise);
     bn_end(options);
 }

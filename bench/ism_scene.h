@@ -34,5 +34,6 @@ const char *bn_ism_simd(void);       /* what ism.h takes at run time */
    and both over the pixels that are not among the brightest hundredth of the reference b. */
 typedef struct bn_picture_error { double rmse, ratio, rmse_99, rmse_below, ratio_below; } bn_picture_error;
 int bn_picture_error_of(const float *a, const float *b, size_t pixels, bn_picture_error *out);    /* -1: no memory */
+void bn_picture_error_print(const bn_picture_error *e);         /* as fields of a row, beside the reference */
 
 #endif
