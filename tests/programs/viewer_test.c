@@ -441,6 +441,17 @@ static void fields_example_draws(void **state)
     assert_true(torus[0] > torus[2] + 10);
 }
 
+/* Behind a board none of the lamp is seen, a few pixels beside all of it: wavelets have edges of shadows. Without any
+   light but the constant of the example's shader the floor has 57. */
+static void wavelets_example_draws(void **state)
+{
+    const unsigned char *row = example_picture("09c_wavelets_gl_minimal", 192, 120) + 3 * (75 * 192);
+    (void)state;
+    assert_in_range(row[3 * 24], 55, 64);
+    assert_in_range(row[3 * 72], 120, 140);
+    assert_true(row[3 * 8] > row[3 * 24] + 20 && row[3 * 40] > row[3 * 24] + 30);
+}
+
 /* The bowl's rim and its outside throw shadows into it and onto the floor. */
 static void own_shadow_example_draws(void **state)
 {
@@ -689,6 +700,7 @@ int main(int count, char **values)
         cmocka_unit_test(bounced_light_example_draws),
         cmocka_unit_test(own_map_example_draws_the_same), cmocka_unit_test(sky_example_draws),
         cmocka_unit_test(fields_example_draws), cmocka_unit_test(own_shadow_example_draws),
+        cmocka_unit_test(wavelets_example_draws),
         cmocka_unit_test(vpls_example_draws), cmocka_unit_test(shadowed_bounce_example_draws),
         cmocka_unit_test(own_visibility_draws_the_shadows_of_the_maps),
         cmocka_unit_test(own_vertices_example_draws),
