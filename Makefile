@@ -11,7 +11,7 @@
 # make assets     real models and skies into assets/ (or ASSETS=FOLDER), from npm and Debian; needs a network
 # make web        pages for browsers, out/web/index.html, by Emscripten; make check-web tests them in Chromium; web-sizes
 # make install    the headers and dapple.pc into PREFIX (DESTDIR before it); uninstall; make dist: a .tar.gz
-# make pictures   what README.md opens with, docs/pictures (tools/pictures; a quarter of an hour)
+# make pictures   what README.md opens with, docs/pictures (tools/pictures; half an hour)
 # make gpu-cost   registers, spills, instructions of all shaders by a compiler for a real chip: docs/measured/gpu-cost.md
 # make gl-compile seconds that this machine's OpenGL takes to compile each shader
 # make msan       uninitialised memory, by clang; make valgrind; make check-stack: 32 KiB a call
